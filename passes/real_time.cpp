@@ -1,29 +1,28 @@
 #include "passes/real_time.h"
 
 #include <algorithm>
+#include <array>
+#include <initializer_list>
 #include <limits>
 #include <vector>
 
-#include "passes/compare.h"
+#include "base/text.h"
 #include "passes/scene_bindings.h"
 #include "renderer/gpu_scene/camera_record.h"
+#include "shaders/shared/real_time.h"
 
 namespace raygraph::passes {
 
 namespace {
 
 constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
-constexpr float kNothingWritten[] = {0.0f, 0.0f, 0.0f, -1.0f};  // of surfaces
-constexpr float kZero[] = {0.0f, 0.0f, 0.0f, 0.0f};
 
-// Mirrors the struct of that name in shaders/real_time/surface.glsl.
-struct Film {
-    glm::vec3 right, up, forward;
-    uint32_t isOrthographic;
-    glm::vec2 size;
-};
+// The formats of shaders/real_time.
+constexpr Format kColors = Format::Rgba16Float;  // albedo, motion, means and pictures
+constexpr Format kDeviations = Format::R16Float;
+constexpr Format kSurfaces = Format::Rg32Uint;
 
-Film FilmOf(const gpu::CameraRecord& camera, Extent2D extent) {
+gpu::Film FilmOf(const gpu::CameraRecord& camera, Extent2D extent) {
     return {camera.right, camera.up, camera.forward, camera.orthographic,
             glm::vec2(static_cast<float>(extent.width), static_cast<float>(extent.height))};
 }
@@ -33,16 +32,44 @@ bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
            a.lensRadius == b.lensRadius && a.focusDistance == b.focusDistance;
 }
 
+// Returns the extent that all of them have. Throws Error{Usage} if they differ; formats are those of the
+// shaders.
+Extent2D ExtentOfAll(const Renderer& renderer, std::initializer_list<TextureId> textures) {
+    const Extent2D extent = renderer.Desc(*textures.begin()).extent;
+    for (const TextureId texture : textures)
+        if (const Extent2D other = renderer.Desc(texture).extent; !(other == extent))
+            throw MakeError(ErrorKind::Usage, "RealTime: a texture of {}x{} beside one of {}x{}", other.width,
+                            other.height, extent.width, extent.height);
+    return extent;
+}
+
+// Returns `given`, or a new texture in its place.
+TextureId TextureOr(TextureId given, Renderer& renderer, const char* name, Extent2D extent, Format format) {
+    return given.IsValid() ? given : renderer.CreateTexture(name, {extent, format});
+}
+
+// Adds a pass that runs the shader for each texel of the extent.
+template <typename Setup>
+void AddCompute(Renderer& renderer, const char* name, const char* shader, Extent2D extent,
+                const Setup& setup) {
+    renderer.AddPass(
+        name, PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute(shader);
+            setup(pass);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+}
+
 }  // namespace
 
 SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                          const SceneBefore& before, TextureId surfaces) {
     RequireFullFrame(settings, "TraceSurfaces");
     const Extent2D extent = settings.extent;
-    const auto create = [&](const char* name) {
-        return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
-    };
-    SurfaceIds seen{create("albedo"), surfaces.IsValid() ? surfaces : create("surfaces"), create("motion")};
+    SurfaceIds seen{renderer.CreateTexture("albedo", {extent, kColors}),
+                    TextureOr(surfaces, renderer, "surfaces", extent, kSurfaces),
+                    renderer.CreateTexture("motion", {extent, kColors})};
     TraceFeatures features = ProgramFeatures(scene, settings);
     features = features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceAnyHit | kTraceCapsules |
                            kTraceTextureLod);
@@ -71,103 +98,85 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
 }
 
 MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
-                               const MovingMeanIds& before, const gpu::CameraRecord& cameraBefore,
-                               uint32_t mostBefore, uint32_t most, const MovingMeanIds& into) {
-    const Extent2D extent =
-        RequireComparable(renderer, "RealTime", seen.albedo,
-                          {seen.surfaces, seen.motion, before.mean, before.surfaces}, Format::Rgba32Float);
-    MovingMeanIds now{into.mean, into.square, seen.surfaces};
-    if (!now.mean.IsValid()) now.mean = renderer.CreateTexture("mean", {extent, Format::Rgba32Float});
-    if (!now.square.IsValid()) now.square = renderer.CreateTexture("square", {extent, Format::R32Float});
+                               const MovingMeanIds& before, const MovingMeanSettings& settings,
+                               const MovingMeanIds& into) {
+    const Extent2D extent = ExtentOfAll(
+        renderer, {seen.albedo, seen.surfaces, seen.motion, before.mean, before.deviation, before.surfaces});
+    MovingMeanIds now{TextureOr(into.mean, renderer, "mean", extent, kColors),
+                      TextureOr(into.deviation, renderer, "deviation", extent, kDeviations), seen.surfaces};
     const struct {
-        Film film;
+        gpu::Film film;
         float mostBefore, most;
-    } constants{FilmOf(cameraBefore, extent), static_cast<float>(mostBefore), static_cast<float>(most)};
-    renderer.AddPass(
-        "AccumulateMoving", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/temporal.comp");
-            pass.Reads("radiance", sample);
-            pass.Reads("albedo", seen.albedo);
-            pass.Reads("surfaces", seen.surfaces);
-            pass.Reads("motion", seen.motion);
-            pass.Reads("surfacesBefore", before.surfaces);
-            pass.Reads("meanBefore", before.mean);
-            pass.Reads("squareBefore", before.square);
-            pass.Constants(constants);
-            now.mean = pass.Writes("mean", now.mean);
-            now.square = pass.Writes("square", now.square);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+        uint32_t frame;
+    } constants{FilmOf(settings.cameraBefore, extent), static_cast<float>(settings.mostBefore),
+                static_cast<float>(settings.most), settings.frame};
+    AddCompute(renderer, "AccumulateMoving", "real_time/temporal.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("radiance", sample);
+        pass.Reads("albedo", seen.albedo);
+        pass.Reads("surfaces", seen.surfaces);
+        pass.Reads("motion", seen.motion);
+        pass.Reads("surfacesBefore", before.surfaces);
+        pass.Reads("meanBefore", before.mean);
+        pass.Reads("deviationBefore", before.deviation);
+        pass.Constants(constants);
+        now.mean = pass.Writes("mean", now.mean);
+        now.deviation = pass.Writes("deviation", now.deviation);
+    });
     return now;
 }
 
-TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, TextureId albedo) {
-    const Extent2D extent =
-        RequireComparable(renderer, "RealTime", mean.mean, {mean.surfaces, albedo}, Format::Rgba32Float);
-    TextureId guided = renderer.CreateTexture("guided", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "EstimateVariance", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/variance.comp");
-            pass.Reads("mean", mean.mean);
-            pass.Reads("square", mean.square);
-            pass.Reads("surfaces", mean.surfaces);
-            pass.Reads("albedo", albedo);
-            guided = pass.Writes("guided", guided);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, TextureId albedo, TextureId into) {
+    const Extent2D extent = ExtentOfAll(renderer, {mean.mean, mean.deviation, mean.surfaces, albedo});
+    TextureId guided = TextureOr(into, renderer, "guided", extent, kColors);
+    AddCompute(renderer, "EstimateVariance", "real_time/variance.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", mean.mean);
+        pass.Reads("deviation", mean.deviation);
+        pass.Reads("surfaces", mean.surfaces);
+        pass.Reads("albedo", albedo);
+        guided = pass.Writes("guided", guided);
+    });
     return guided;
 }
 
 TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
-                      const gpu::CameraRecord& camera, uint32_t stride) {
-    const Extent2D extent = RequireComparable(renderer, "RealTime", guided, {surfaces}, Format::Rgba32Float);
-    TextureId filtered = renderer.CreateTexture("filtered", {extent, Format::Rgba32Float});
+                      const gpu::CameraRecord& camera, uint32_t stride, TextureId into) {
+    const Extent2D extent = ExtentOfAll(renderer, {guided, surfaces});
+    TextureId filtered = TextureOr(into, renderer, "filtered", extent, kColors);
     const struct {
-        Film film;
+        gpu::Film film;
         int32_t stride;
     } constants{FilmOf(camera, extent), static_cast<int32_t>(stride)};
-    renderer.AddPass(
-        "FilterLevel", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/filter.comp");
-            pass.Reads("guided", guided);
-            pass.Reads("surfaces", surfaces);
-            pass.Constants(constants);
-            filtered = pass.Writes("filtered", filtered);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "FilterLevel", "real_time/filter.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("guided", guided);
+        pass.Reads("surfaces", surfaces);
+        pass.Constants(constants);
+        filtered = pass.Writes("filtered", filtered);
+    });
     return filtered;
 }
 
 TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds& seen, TextureId mean,
                         TextureId surfacesBefore, TextureId pictureBefore, const ResolveSettings& settings,
-                        TextureId picture) {
-    const Extent2D extent = RequireComparable(
-        renderer, "RealTime", filtered,
-        {seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore}, Format::Rgba32Float);
-    if (!picture.IsValid()) picture = renderer.CreateTexture("picture", {extent, Format::Rgba32Float});
+                        TextureId into) {
+    const Extent2D extent = ExtentOfAll(
+        renderer, {filtered, seen.albedo, seen.surfaces, seen.motion, mean, surfacesBefore, pictureBefore});
+    TextureId picture = TextureOr(into, renderer, "picture", extent, kColors);
     const struct {
         float mostBefore, mostMoving, mostStill;
-        uint32_t hasChanged;
+        uint32_t hasChanged, frame;
     } constants{static_cast<float>(settings.mostBefore), static_cast<float>(settings.mostMoving),
-                static_cast<float>(settings.mostStill), settings.hasChanged ? 1u : 0u};
-    renderer.AddPass(
-        "ResolveMoving", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/resolve.comp");
-            pass.Reads("filtered", filtered);
-            pass.Reads("albedo", seen.albedo);
-            pass.Reads("surfaces", seen.surfaces);
-            pass.Reads("motion", seen.motion);
-            pass.Reads("mean", mean);
-            pass.Reads("surfacesBefore", surfacesBefore);
-            pass.Reads("pictureBefore", pictureBefore);
-            pass.Constants(constants);
-            picture = pass.Writes("picture", picture);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+                static_cast<float>(settings.mostStill), settings.hasChanged ? 1u : 0u, settings.frame};
+    AddCompute(renderer, "ResolveMoving", "real_time/resolve.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("filtered", filtered);
+        pass.Reads("albedo", seen.albedo);
+        pass.Reads("surfaces", seen.surfaces);
+        pass.Reads("motion", seen.motion);
+        pass.Reads("mean", mean);
+        pass.Reads("surfacesBefore", surfacesBefore);
+        pass.Reads("pictureBefore", pictureBefore);
+        pass.Constants(constants);
+        picture = pass.Writes("picture", picture);
+    });
     return picture;
 }
 
@@ -195,30 +204,40 @@ class RealTimeFrame {
             m_limit = history.m_limit.value_or(kNoLimit);
         if (!m_hasInstances) KeepInstances();
         if (!isFresh) return;
-        Clear(m_before.mean.surfaces, kNothingWritten);
-        Clear(m_before.mean.mean, kZero);
-        Clear(m_before.mean.square, kZero);
-        Clear(m_before.picture, kZero);
+        for (TextureId* plane :
+             {&m_before.mean.surfaces, &m_before.mean.mean, &m_before.mean.deviation, &m_before.picture})
+            Clear(*plane);
     }
 
     TextureId Declare(TextureId sample) {
         const gpu::CameraRecord before = m_limit > 0 ? m_history.m_before->camera : m_camera;
         const SurfaceIds seen = TraceSurfaces(m_renderer, m_scene, m_settings,
                                               {before, m_instances, m_deformed}, m_now.mean.surfaces);
-        const MovingMeanIds mean =
-            AccumulateMoving(m_renderer, sample, seen, m_before.mean, before,
-                             std::min(m_limit, m_of.mostSamples), m_of.mostSamples, m_now.mean);
-        TextureId filtered = EstimateVariance(m_renderer, mean, seen.albedo);
+        const MovingMeanIds mean = AccumulateMoving(m_renderer, sample, seen, m_before.mean,
+                                                    {.cameraBefore = before,
+                                                     .mostBefore = std::min(m_limit, m_of.mostSamples),
+                                                     .most = m_of.mostSamples,
+                                                     .frame = m_settings.sampleIndex},
+                                                    m_now.mean);
+        // The filter's levels lie where nothing is needed any more, and where the picture will be: the last
+        // one where it is not
+        std::array levels{m_before.mean.mean, m_now.picture};
+        const auto into = [&](uint32_t level) -> TextureId& {
+            return levels[(m_of.filterLevels - level) % 2];
+        };
+        TextureId filtered = into(0) = EstimateVariance(m_renderer, mean, seen.albedo, into(0));
         for (uint32_t level = 0; level < m_of.filterLevels; ++level)
-            filtered = FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, 1u << level);
+            filtered = into(level + 1) =
+                FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, 1u << level, into(level + 1));
         const uint32_t mostFrames = std::max(m_of.mostFramesMoving, m_of.mostFramesStill);
         const TextureId picture =
             ResolveMoving(m_renderer, filtered, seen, mean.mean, m_before.mean.surfaces, m_before.picture,
                           {.mostBefore = std::min(m_limit, mostFrames),
                            .mostMoving = m_of.mostFramesMoving,
                            .mostStill = m_of.mostFramesStill,
-                           .hasChanged = m_history.m_limit.has_value()},
-                          m_now.picture);
+                           .hasChanged = m_history.m_limit.has_value(),
+                           .frame = m_settings.sampleIndex},
+                          levels[1]);
         if (m_hasInstances) KeepInstances();
         return picture;
     }
@@ -232,20 +251,19 @@ class RealTimeFrame {
         const auto persist = [&](const char* part, Format format) {
             return m_renderer.Persist(m_history.NameOf(part, isNext), {m_settings.extent, format});
         };
-        return {{persist("mean", Format::Rgba32Float), persist("square", Format::R32Float),
-                 persist("surfaces", Format::Rgba32Float)},
-                persist("picture", Format::Rgba32Float)};
+        return {{persist("mean", kColors), persist("deviation", kDeviations), persist("surfaces", kSurfaces)},
+                persist("picture", kColors)};
     }
 
     BufferId Kept(const char* part, BufferId of) {
         return m_renderer.PersistBuffer(m_history.Name() + "." + part, {.size = m_renderer.Desc(of).size});
     }
 
-    void Clear(TextureId& texture, const float (&rgba)[4]) {
+    void Clear(TextureId& texture) {
         m_renderer.AddPass(
             "ClearHistory", PassKind::Transfer, [&](PassBuilder& pass) { texture = pass.CopiesTo(texture); },
-            [texture, &rgba](CommandList& commands, const PassResources& resources) {
-                commands.Clear(resources.Texture(texture), rgba);
+            [texture](CommandList& commands, const PassResources& resources) {
+                commands.Clear(resources.Texture(texture), {0.0f, 0.0f, 0.0f, 0.0f});
             });
     }
 
@@ -305,47 +323,39 @@ TextureId RealTime(Renderer& renderer, const SceneIds& scene, const TraceSetting
 }
 
 TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history, Extent2D extent) {
-    return renderer.Persist(history.NameOf("picture", false), {extent, Format::Rgba32Float});
+    return renderer.Persist(history.NameOf("picture", false), {extent, kColors});
 }
 
 TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& samples,
                    const Accumulation::Progress& progress) {
-    constexpr uint32_t kBlock = 8;  // as in real_time/hand_over.glsl
-    const Extent2D extent =
-        RequireComparable(renderer, "RealTime", picture, {samples.mean}, Format::Rgba32Float);
+    const Extent2D extent = ExtentOfAll(renderer, {picture, samples.mean});
+    constexpr uint32_t kBlock = gpu::kHandOverBlock;
     const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
     const struct {
         uint32_t sampleCount, doneRows, doneColumns, bandHeight;
     } constants{progress.sampleCount, progress.cursor.Y(), progress.cursor.X(), progress.cursor.BandHeight()};
     TextureId weights = renderer.CreateTexture("handOverWeights", {blocks, Format::R32Float});
-    renderer.AddPass(
-        "HandOverWeights", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/hand_over_weights.comp");
-            pass.Reads("picture", picture);
-            ReadSums(pass, samples, true);
-            pass.Constants(constants);
-            weights = pass.Writes("weights", weights);
-        },
-        [blocks](CommandList& commands) { commands.DispatchOver(blocks); });
+    AddCompute(renderer, "HandOverWeights", "real_time/hand_over_weights.comp", blocks,
+               [&](PassBuilder& pass) {
+                   pass.Reads("picture", picture);
+                   ReadSums(pass, samples, true);
+                   pass.Constants(constants);
+                   weights = pass.Writes("weights", weights);
+               });
     TextureId shown = renderer.CreateTexture("handedOver", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "HandOver", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("real_time/hand_over.comp");
-            pass.Reads("picture", picture);
-            pass.Reads("reference", samples.mean);
-            pass.Reads("weights", weights);
-            pass.Constants(constants);
-            shown = pass.Writes("shown", shown);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "HandOver", "real_time/hand_over.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("picture", picture);
+        pass.Reads("reference", samples.mean);
+        pass.Reads("weights", weights);
+        pass.Constants(constants);
+        shown = pass.Writes("shown", shown);
+    });
     return shown;
 }
 
 void Release(Renderer& renderer, RealTimeHistory& history) {
     for (const char* part : {"instances", "deformed"}) renderer.Release(history.Name() + "." + part);
-    for (const char* part : {"surfaces", "mean", "square", "picture"})
+    for (const char* part : {"surfaces", "mean", "deviation", "picture"})
         for (const bool isNext : {false, true}) renderer.Release(history.NameOf(part, isNext));
     history = RealTimeHistory(history.Name());
 }

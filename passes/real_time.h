@@ -58,7 +58,7 @@ struct RealTimeSettings {
     uint32_t filterLevels = 5;  // the filter's radius is 2^levels - 1 pixels
 };
 
-// Returns the radiance without most of its noise, rgba32f, alpha being the number of pictures that count.
+// Returns the radiance without most of its noise, rgba16f, alpha being the number of pictures that count.
 // `sample` is Trace's for these settings; of several, the first counts. The sample is divided by the albedo,
 // averaged with earlier ones of the same surface, filtered by an edge-avoiding filter that the variance
 // guides, multiplied by the albedo, and averaged with earlier pictures. Schied et al. 2017, "Spatiotemporal
@@ -73,9 +73,9 @@ struct RealTimeSettings {
 [[nodiscard]] RAYGRAPH_API TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history,
                                                   Extent2D extent);
 
-// Blends `picture`, rgba32f, with the mean of `samples`, which have squares, by the inverse of their squared
-// errors in blocks of 8 x 8 pixels: that of the mean follows from its variance, and what the variance does
-// not explain of the difference is the picture's. Pixels with less than four samples show `picture`.
+// Blends `picture`, of any format, with the mean of `samples`, which have squares, by the inverse of their
+// squared errors in blocks of 8 x 8 pixels: that of the mean follows from its variance, and what the variance
+// does not explain of the difference is the picture's. Pixels with less than four samples show `picture`.
 [[nodiscard]] RAYGRAPH_API TextureId HandOver(Renderer& renderer, TextureId picture,
                                               const AccumulatedIds& samples,
                                               const Accumulation::Progress& progress);
@@ -83,14 +83,17 @@ struct RealTimeSettings {
 // Releases the memory; between frames.
 RAYGRAPH_API void Release(Renderer& renderer, RealTimeHistory& history);
 
-// --- The steps of RealTime, each for itself. Textures are rgba32f of the picture's extent. ---
+// --- The steps of RealTime, each for itself ---
+// Textures have the picture's extent. They are rgba16f, which halves the memory and the time of 32 bits: what
+// is above 65504 counts as that. A step writes to `into` where that is valid.
 
 // The surfaces that Trace's camera rays hit, for the same settings.
 struct SurfaceIds {
     // w: 1 where light looks alike from all sides, down to 0 for a mirror; 1 where nothing was hit
     TextureId albedo;
-    TextureId surfaces;  // shaders/real_time/surface.glsl
-    // xy: pixels to where the surface was in the frame before; z: its depth there; w: 0 if it had no place
+    TextureId surfaces;  // rg32ui, as in shaders/real_time/surface.glsl
+    // xy: pixels to where the surface was in the frame before; z: its depth there over that here; w: 0 if it
+    // had no place
     TextureId motion;
 };
 // The state of the scene in the frame before, for TraceSurfaces.
@@ -99,46 +102,51 @@ struct SceneBefore {
     BufferId instances;        // contents of SceneIds::instances
     BufferId deformedStreams;  // contents of SceneIds::deformedStreams; invalid if there are none
 };
-// `surfaces`, if valid, is what the surfaces are written to.
+// `surfaces`, where valid, is what the surfaces are written to.
 [[nodiscard]] RAYGRAPH_API SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings, const SceneBefore& before,
                                                     TextureId surfaces = {});
 
 struct MovingMeanIds {
-    TextureId mean;      // radiance over albedo; w: number of samples
-    TextureId square;    // r32f, mean of the squared luminance
-    TextureId surfaces;  // those of SurfaceIds
+    TextureId mean;       // radiance over albedo; w: number of samples
+    TextureId deviation;  // r16f, root of the variance of the samples' luminance
+    TextureId surfaces;   // those of SurfaceIds
 };
-// Adds a sample to the means of the frame before; `mostBefore`: samples that count of these.
-// `into`, where valid, is what mean and square are written to.
+struct MovingMeanSettings {
+    gpu::CameraRecord cameraBefore{};
+    uint32_t mostBefore = 0;  // samples that count of those before
+    uint32_t most = 32;
+    uint32_t frame = 0;  // another number in each frame, for random rounding
+};
+// Adds a sample to the means of the frame before.
 [[nodiscard]] RAYGRAPH_API MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample,
                                                           const SurfaceIds& seen, const MovingMeanIds& before,
-                                                          const gpu::CameraRecord& cameraBefore,
-                                                          uint32_t mostBefore, uint32_t most,
+                                                          const MovingMeanSettings& settings,
                                                           const MovingMeanIds& into = {});
 
-// Returns the mean; w: the variance of its luminance, as far as it is to be filtered: more of it where there
-// are few samples, by a factor of 1 + 6 / samples, and down to a tenth for mirrors.
+// Returns the mean; w: the root of the variance of its luminance, as far as it is to be filtered: more of it
+// where there are few samples, by a factor of 1 + 6 / samples, and down to a tenth for mirrors.
 [[nodiscard]] RAYGRAPH_API TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean,
-                                                      TextureId albedo);
+                                                      TextureId albedo, TextureId into = {});
 
 // Returns `guided`, the result of EstimateVariance or of a finer level, filtered by 3 x 3 taps that are
 // `stride` pixels apart.
 [[nodiscard]] RAYGRAPH_API TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
-                                                 const gpu::CameraRecord& camera, uint32_t stride);
+                                                 const gpu::CameraRecord& camera, uint32_t stride,
+                                                 TextureId into = {});
 
 struct ResolveSettings {
     uint32_t mostBefore = 0;  // pictures that count of those before
     uint32_t mostMoving = 8, mostStill = 64;
     bool hasChanged = false;  // something else than the camera has
+    uint32_t frame = 0;       // as in MovingMeanSettings
 };
 // Multiplies by the albedo and averages with `pictureBefore`; w: the number of pictures that count. What
 // stands still, as the surface of the frame before, is averaged as it is; else the earlier picture is clamped
-// to the colors of the neighborhood (Karis 2014, "High-Quality Temporal Supersampling"). `picture`, if valid,
-// is what the result is written to.
+// to the colors of the neighborhood (Karis 2014, "High-Quality Temporal Supersampling").
 [[nodiscard]] RAYGRAPH_API TextureId ResolveMoving(Renderer& renderer, TextureId filtered,
                                                    const SurfaceIds& seen, TextureId mean,
                                                    TextureId surfacesBefore, TextureId pictureBefore,
-                                                   const ResolveSettings& settings, TextureId picture = {});
+                                                   const ResolveSettings& settings, TextureId into = {});
 
 }  // namespace raygraph::passes

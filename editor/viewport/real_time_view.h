@@ -17,7 +17,7 @@ class RealTimeView {
     static constexpr uint32_t kSettledFrames = 16;
 
     struct Ids {
-        TextureId picture;       // rgba32f, in its full extent
+        TextureId picture;       // in its full extent
         bool isSettled = false;  // nothing is traced
         // The passes whose time depends on the traced pixels: from `first` to before `end`.
         PassId first, end;

@@ -1,9 +1,10 @@
 // Overlay: the finished part of a picture, and a coarser one elsewhere.
 #version 460
+#extension GL_EXT_shader_image_load_formatted : require
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D coarse;
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D fine;
+layout(set = 0, binding = 0) readonly uniform image2D coarse;
+layout(set = 0, binding = 1) readonly uniform image2D fine;
 layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D picture;
 
 // See TileCursor

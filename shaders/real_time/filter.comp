@@ -9,9 +9,9 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D guided;  // w: variance of the luminance
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D surfaces;
-layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D filtered;
+layout(set = 0, binding = 0, rgba16f) readonly uniform image2D guided;  // w: deviation of the luminance
+layout(set = 0, binding = 1, rg32ui) readonly uniform uimage2D surfaces;
+layout(set = 0, binding = 2, rgba16f) writeonly uniform image2D filtered;
 
 layout(push_constant, scalar) uniform Constants {
     Film film;
@@ -26,36 +26,38 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(guided);
     if (!IsInside(pixel, size)) return;
     vec4 own = imageLoad(guided, pixel);
-    vec4 texel = imageLoad(surfaces, pixel);
-    if (texel.w == 0.0f) {
+    uvec2 texel = imageLoad(surfaces, pixel).xy;
+    uint number = NumberOf(texel);
+    if (number == kNothingHit) {
         imageStore(filtered, pixel, own);
         return;
     }
     Film film = constants.film;
-    Surface surface = UnpackSurface(texel);
-    vec3 offset = OffsetAt(film, vec2(pixel) + 0.5f, surface.depth);
-    float fromPlane = 1.0f / (FootprintAt(film, surface.depth) * (1.0f + kBend * float(constants.stride)));
+    vec3 normal = NormalOf(texel);
+    float depth = DepthOf(texel);
+    vec3 offset = OffsetAt(film, vec2(pixel) + 0.5f, depth);
+    float fromPlane = 1.0f / (FootprintAt(film, depth) * (1.0f + kBend * float(constants.stride)));
     float luminance = Luminance(own.xyz);
     vec3 sum = own.xyz;
-    float variance = own.w, weights = 1.0f;
+    float variance = own.w * own.w, weights = 1.0f;
     for (int i = 0; i < 9; ++i) {
         if (i == 4) continue;
         ivec2 step = ivec2(i % 3, i / 3) - 1;
         ivec2 at = pixel + constants.stride * step;
         if (!IsInside(at, size)) continue;
-        vec4 otherTexel = imageLoad(surfaces, at);
-        if (otherTexel.w != texel.w) continue;
+        uvec2 otherTexel = imageLoad(surfaces, at).xy;
+        if (NumberOf(otherTexel) != number) continue;
         vec4 value = imageLoad(guided, at);
-        vec3 otherOffset = OffsetAt(film, vec2(at) + 0.5f, otherTexel.z);
+        vec3 otherOffset = OffsetAt(film, vec2(at) + 0.5f, DepthOf(otherTexel));
         float difference = abs(Luminance(value.xyz) - luminance);
-        float deviation = kDeviations * sqrt(own.w + value.w) + 1e-4f * luminance + 1e-7f;
-        float exponent = kNormal * (1.0f - dot(FromOctahedron(otherTexel.xy), surface.normal)) +
-                         max(fromPlane * abs(dot(surface.normal, otherOffset - offset)) - 1.0f, 0.0f) +
+        float deviation = kDeviations * length(vec2(own.w, value.w)) + 1e-4f * luminance + 1e-7f;
+        float exponent = kNormal * (1.0f - dot(NormalOf(otherTexel), normal)) +
+                         max(fromPlane * abs(dot(normal, otherOffset - offset)) - 1.0f, 0.0f) +
                          difference / deviation;
         float weight = (step.x * step.y == 0 ? 0.5f : 0.25f) * exp(-exponent);
         sum += weight * value.xyz;
-        variance += weight * weight * value.w;
+        variance += weight * weight * value.w * value.w;
         weights += weight;
     }
-    imageStore(filtered, pixel, vec4(sum / weights, variance / (weights * weights)));
+    imageStore(filtered, pixel, ToHalf(vec4(sum, sqrt(variance)) / weights, kToNearest));
 }

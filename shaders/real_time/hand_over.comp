@@ -1,11 +1,12 @@
 // HandOver, second half: both pictures, by the weights of the blocks around a pixel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_shader_image_load_formatted : require
 #include "real_time/hand_over.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D picture;
+layout(set = 0, binding = 0) readonly uniform image2D picture;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D reference;
 layout(set = 0, binding = 2, r32f) readonly uniform image2D weights;
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D shown;

@@ -2,7 +2,9 @@
 #ifndef RAYGRAPH_REAL_TIME_HAND_OVER_GLSL
 #define RAYGRAPH_REAL_TIME_HAND_OVER_GLSL
 
-const int kBlock = 8;          // pixels a side
+#include "shared/real_time.h"
+
+const int kBlock = int(kHandOverBlock);
 const uint kFewSamples = 4u;
 
 layout(push_constant) uniform Constants {

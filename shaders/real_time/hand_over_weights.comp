@@ -1,13 +1,14 @@
 // HandOver, first half: the weight of the reference in each block of pixels, by the errors of both pictures.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_shader_image_load_formatted : require
 #define WITH_VARIANCE
 #include "post/pixel_sums.glsl"
 #include "real_time/hand_over.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D picture;
+layout(set = 0, binding = 0) readonly uniform image2D picture;
 layout(set = 0, binding = 1, r32f) writeonly uniform image2D weights;
 
 const int kChannel = 1;

@@ -8,20 +8,21 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D filtered;
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D albedo;
-layout(set = 0, binding = 2, rgba32f) readonly uniform image2D surfaces;
-layout(set = 0, binding = 3, rgba32f) readonly uniform image2D motion;
-layout(set = 0, binding = 4, rgba32f) readonly uniform image2D mean;  // w: number of samples
-layout(set = 0, binding = 5, rgba32f) readonly uniform image2D pictureBefore;  // w: number of frames
-layout(set = 0, binding = 6, rgba32f) readonly uniform image2D surfacesBefore;
-layout(set = 0, binding = 7, rgba32f) writeonly uniform image2D picture;
+layout(set = 0, binding = 0, rgba16f) readonly uniform image2D filtered;
+layout(set = 0, binding = 1, rgba16f) readonly uniform image2D albedo;
+layout(set = 0, binding = 2, rg32ui) readonly uniform uimage2D surfaces;
+layout(set = 0, binding = 3, rgba16f) readonly uniform image2D motion;
+layout(set = 0, binding = 4, rgba16f) readonly uniform image2D mean;  // w: number of samples
+layout(set = 0, binding = 5, rgba16f) readonly uniform image2D pictureBefore;  // w: number of frames
+layout(set = 0, binding = 6, rg32ui) readonly uniform uimage2D surfacesBefore;
+layout(set = 0, binding = 7, rgba16f) writeonly uniform image2D picture;
 
 layout(push_constant, scalar) uniform Constants {
     float mostBefore;  // frames that count of those before
     float mostMoving;  // frames that count where something moves
     float mostStill;
     uint hasChanged;  // something else than the camera has
+    uint frame;       // a number, for random rounding
 } constants;
 
 const float kDeviations = 1.5f;  // of its neighborhood that a color of earlier frames may be away
@@ -57,7 +58,7 @@ vec4 PictureBefore(vec2 place) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(picture);
     if (!IsInside(pixel, size)) return;
-    vec4 surface;
+    uint number;
     vec3 color, sum = vec3(0.0f), squares = vec3(0.0f);
     float count = 0.0f, nearest = 3.4e38f;
     ivec2 front = pixel;
@@ -70,10 +71,10 @@ void main() {
         sum += value;
         squares += value * value;
         count += 1.0f;
-        vec4 seen = imageLoad(surfaces, at);
-        if (i == 4) surface = seen;
-        if (seen.w != 0.0f && seen.z < nearest) {
-            nearest = seen.z;
+        uvec2 seen = imageLoad(surfaces, at).xy;
+        if (i == 4) number = NumberOf(seen);
+        if (NumberOf(seen) != kNothingHit && DepthOf(seen) < nearest) {
+            nearest = DepthOf(seen);
             front = at;
         }
     }
@@ -89,7 +90,7 @@ void main() {
     if (isKnown) {
         vec4 before = PictureBefore(place);
         bool isFree = isStill && constants.hasChanged == 0u &&
-                      surface.w == imageLoad(surfacesBefore, pixel).w;
+                      number == NumberOf(imageLoad(surfacesBefore, pixel).xy);
         if (!isFree) {  // what stands still needs no clamp, which would shift its mean
             vec3 middle = sum / count;
             vec3 reach = kDeviations * sqrt(max(squares / count - middle * middle, vec3(0.0f)));
@@ -107,5 +108,5 @@ void main() {
         // The n-th picture counts n times as much as the first: each has less noise than those before
         result = vec4(mix(before.xyz, color, min(2.0f / (frames + 1.0f), 1.0f)), frames);
     }
-    imageStore(picture, pixel, result);
+    imageStore(picture, pixel, ToHalf(result, RandomBits(pixel, constants.frame)));
 }

@@ -1,14 +1,19 @@
-// Texels of surfaces, and distances between surfaces, for the passes of passes/real_time.h.
+// Texels of surfaces and of halves, and distances between surfaces, for the passes of passes/real_time.h.
 #ifndef RAYGRAPH_REAL_TIME_SURFACE_GLSL
 #define RAYGRAPH_REAL_TIME_SURFACE_GLSL
 
-// A texel holds the normal in the octahedron (Cigolle et al. 2014, "A Survey of Efficient Representations for
-// Independent Unit Vectors"), the depth along the camera's forward axis in meters, and the surface's number:
-// 0 where no surface was hit, -1 where nothing has been written.
+#include "shared/mix_bits.h"
+#include "shared/real_time.h"
+
+const uint kNothingWritten = 0u;  // numbers that no surface has
+const uint kNothingHit = 1u;
+const uint kFirstNumber = 2u;
+const uint kNumbers = 4093u;  // the largest prime that leaves room for these in 12 bits
+
 struct Surface {
     vec3 normal;
-    float depth;
-    float number;
+    float depth;  // along the camera's forward axis, in meters
+    uint number;
 };
 
 vec2 SignNotZero(vec2 v) { return vec2(v.x < 0.0f ? -1.0f : 1.0f, v.y < 0.0f ? -1.0f : 1.0f); }
@@ -24,26 +29,18 @@ vec3 FromOctahedron(vec2 p) {
     return normalize(n);
 }
 
-vec4 PackSurface(Surface surface) {
-    return vec4(ToOctahedron(surface.normal), surface.depth, surface.number);
+// A texel holds the bits of the depth, and from the top 2 x 10 bits of the normal in the octahedron (Cigolle
+// et al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors") and 12 of the number.
+uvec2 PackSurface(Surface surface) {
+    uvec2 normal = uvec2(round(511.0f * ToOctahedron(surface.normal)) + 512.0f);
+    return uvec2(floatBitsToUint(surface.depth), normal.x << 22 | normal.y << 12 | surface.number);
 }
 
-Surface UnpackSurface(vec4 texel) {
-    Surface surface;
-    surface.normal = FromOctahedron(texel.xy);
-    surface.depth = texel.z;
-    surface.number = texel.w;
-    return surface;
+vec3 NormalOf(uvec2 texel) {
+    return FromOctahedron((vec2(texel.y >> 22, texel.y >> 12 & 0x3FFu) - 512.0f) / 511.0f);
 }
-
-// Film holds the frame of a camera and the size of its picture.
-struct Film {
-    vec3 right;  // those of CameraRecord
-    vec3 up;
-    vec3 forward;
-    uint orthographic;
-    vec2 size;  // pixels
-};
+float DepthOf(uvec2 texel) { return uintBitsToFloat(texel.x); }
+uint NumberOf(uvec2 texel) { return texel.y & 0xFFFu; }
 
 // The position of a point relative to the camera, from its place in the picture (pixels) and its depth.
 vec3 OffsetAt(Film film, vec2 place, float depth) {
@@ -66,6 +63,24 @@ bool IsInside(ivec2 pixel, ivec2 size) {
 vec3 FiniteOr0(vec3 value) {
     bvec3 isFinite = lessThanEqual(abs(value), vec3(3.4e38f));  // false for NaN
     return mix(vec3(0.0f), value, isFinite);
+}
+
+// --- Halves ---
+
+const float kMostHalf = 65504.0f;
+const uint kToNearest = 0x1000u;
+
+// Rounds to what a plane of halves can hold, since devices round differently when they store. `bits`, below
+// 2^13, says which of both neighbors is taken: kToNearest, or random ones, with which the mean of many
+// roundings is the value itself.
+vec4 ToHalf(vec4 value, uint bits) {
+    value = clamp(value, -kMostHalf, kMostHalf);
+    return uintBitsToFloat((floatBitsToUint(value) + bits) & ~0x1FFFu);
+}
+
+// Random bits for ToHalf. A mean to which each frame adds little would not follow it if rounded to nearest.
+uint RandomBits(ivec2 pixel, uint frame) {
+    return MixBits(uint(pixel.x) ^ MixBits(uint(pixel.y) ^ MixBits(frame))) >> 19;
 }
 
 #endif

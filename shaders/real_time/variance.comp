@@ -7,11 +7,11 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;  // w: number of samples
-layout(set = 0, binding = 1, r32f) readonly uniform image2D square;
-layout(set = 0, binding = 2, rgba32f) readonly uniform image2D surfaces;
-layout(set = 0, binding = 3, rgba32f) readonly uniform image2D albedo;  // w: dullness
-layout(set = 0, binding = 4, rgba32f) writeonly uniform image2D guided;  // the mean; w: its variance
+layout(set = 0, binding = 0, rgba16f) readonly uniform image2D mean;  // w: number of samples
+layout(set = 0, binding = 1, r16f) readonly uniform image2D deviation;
+layout(set = 0, binding = 2, rg32ui) readonly uniform uimage2D surfaces;
+layout(set = 0, binding = 3, rgba16f) readonly uniform image2D albedo;  // w: dullness
+layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D guided;  // the mean; w: its deviation
 
 const float kUncertainty = 6.0f;  // samples
 const float kLeastNoise = 0.1f;
@@ -21,9 +21,10 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
     if (!IsInside(pixel, size)) return;
     vec4 own = imageLoad(mean, pixel);
-    vec4 texel = imageLoad(surfaces, pixel);
-    vec3 normal = FromOctahedron(texel.xy);
-    if (texel.w == 0.0f) {
+    uvec2 texel = imageLoad(surfaces, pixel).xy;
+    uint number = NumberOf(texel);
+    vec3 normal = NormalOf(texel);
+    if (number == kNothingHit) {
         imageStore(guided, pixel, vec4(own.xyz, 0.0f));
         return;
     }
@@ -34,15 +35,16 @@ void main() {
         for (int x = -radius; x <= radius; ++x) {
             ivec2 at = pixel + ivec2(x, y);
             if (!IsInside(at, size)) continue;
-            vec4 other = imageLoad(surfaces, at);
-            if (other.w != texel.w || dot(FromOctahedron(other.xy), normal) < 0.9f) continue;
+            uvec2 other = imageLoad(surfaces, at).xy;
+            if (NumberOf(other) != number || dot(NormalOf(other), normal) < 0.9f) continue;
             vec4 value = imageLoad(mean, at);
-            float luminance = Luminance(value.xyz), squared = imageLoad(square, at).x;
+            float luminance = Luminance(value.xyz), deviated = imageLoad(deviation, at).x;
+            float variance = deviated * deviated;
             float weight = exp2(-float(abs(x) + abs(y)) / float(radius));
             sum += weight * luminance;
-            squares += weight * squared;
+            squares += weight * (variance + luminance * luminance);
             // The variance of one sample exceeds that among n by a factor of n / (n - 1)
-            over += weight * max(squared - luminance * luminance, 0.0f) * value.w / max(value.w - 1.0f, 1.0f);
+            over += weight * variance * value.w / max(value.w - 1.0f, 1.0f);
             weights += weight;
         }
     float average = sum / weights;
@@ -52,5 +54,5 @@ void main() {
     ofSample *= mix(kLeastNoise, 1.0f, dullness);
     // The variance of few samples is uncertain itself, and rather too small than too large
     ofSample *= 1.0f + kUncertainty / own.w;
-    imageStore(guided, pixel, vec4(own.xyz, ofSample / own.w));
+    imageStore(guided, pixel, ToHalf(vec4(own.xyz, sqrt(ofSample / own.w)), kToNearest));
 }

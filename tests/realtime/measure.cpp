@@ -4,10 +4,12 @@
 //   distance=M      from the camera to the axis that it orbits; half of that to the middle of the scene
 //   degrees=D       per frame; 0.5
 //   samples=N       of the reference; 1024
-//   passes=1        prints GPU times of passes, too
+//   reference=FILE  where it is kept: read if it exists, else written
+//   passes=1        prints GPU times of passes, too, and the memory that the first filtered frame adds
 //   stop=1          prints the relMSE of two frames after the stop, and of the mean of three samples
 //   shaders=FOLDER  of the shaders' sources, to try changes
-//   pictures=PREFIX writes PREFIX-raw.png, -real-time.png and -reference.png
+//   pictures=PREFIX writes PREFIX-raw.png, -real-time.png, -reference.png and -error.png: white where the error
+//                   is ten times the mean or more
 // The camera orbits for 16 frames and then stands still for 48. Prints a line of a table: the relMSE of the raw sample and
 // of the picture after the 16th frame, FLIP, SSIM, energy, flicker of both after 32 still frames, and the time of
 // a frame while moving.
@@ -17,7 +19,9 @@
 #include <cstdio>
 #include <deque>
 #include <exception>
+#include <fstream>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,6 +33,7 @@
 #include "passes/trace.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/graph/pass_harness.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
@@ -51,6 +56,19 @@ double RelativeSquaredError(const Picture& test, const Picture& reference) {
         sum += difference * difference / (double(reference[i]) * reference[i] + 0.01);
     }
     return sum / (0.75 * static_cast<double>(test.size()));
+}
+
+// Returns the relative squared error of each pixel, as gray values: white for ten times the mean.
+std::vector<uint8_t> ShownError(const Picture& test, const Picture& reference) {
+    const double most = 10.0 * RelativeSquaredError(test, reference);
+    std::vector<uint8_t> shown;
+    for (size_t i = 0; i < test.size(); i += 4) {
+        const double error =
+            RelativeSquaredError({&test[i], &test[i] + 4}, {&reference[i], &reference[i] + 4});
+        const auto gray = static_cast<uint8_t>(255.0 * std::sqrt(std::min(error / most, 1.0)));
+        shown.insert(shown.end(), {gray, gray, gray, 255});
+    }
+    return shown;
 }
 
 double Energy(const Picture& picture) {
@@ -131,7 +149,13 @@ class Measurement {
         std::vector<uint8_t> rawShown, filteredShown;
         std::vector<double> times;
         Flicker rawFlicker, filteredFlicker;
-        passes::TraceSettings moved;
+        passes::TraceSettings moved = passes::FrameSettings(m_extent, m_view, {}, {});
+        if (m_options.contains("passes")) {
+            for (int i = 0; i < 2; ++i) BytesOfFrame(moved, false);
+            const uint64_t before = BytesOfFrame(moved, false);
+            std::printf("  %.1f MB\n", static_cast<double>(BytesOfFrame(moved, true) - before) * 1e-6);
+            passes::Release(m_renderer, m_history);
+        }
         for (int frame = 0; frame < kMovingFrames + kStillFrames; ++frame) {
             const double angle = step * (std::min(frame, kMovingFrames - 1) - kMovingFrames + 1);
             const glm::dvec3 target = m_view.eye + distance * glm::dvec3(m_view.forward);
@@ -185,6 +209,7 @@ class Measurement {
         Save("-raw.png", rawShown);
         Save("-real-time.png", filteredShown);
         Save("-reference.png", m_referenceShown);
+        Save("-error.png", ShownError(filtered, m_reference));
     }
 
   private:
@@ -209,7 +234,8 @@ class Measurement {
                        filteredShown = m_renderer.ReadBack(Shown(picture));
         m_renderer.Execute();
         m_raw = WaitForValues<float>(raw);
-        m_filtered = WaitForValues<float>(filtered);
+        filtered.Wait();
+        m_filtered = testing::DecodeTexels(filtered.Bytes(), filtered.Extent(), filtered.Format()).values;
         m_rawShown = WaitForValues<uint8_t>(rawShown);
         m_filteredShown = WaitForValues<uint8_t>(filteredShown);
     }
@@ -220,12 +246,11 @@ class Measurement {
             m_timedFrames += 1.0;
         }
     }
-    void Reference(passes::TraceSettings settings, const std::vector<uint8_t>& rawShown,
-                   const std::vector<uint8_t>& shown) {
+    void Accumulate(passes::TraceSettings settings) {
         const auto samples = static_cast<uint32_t>(std::stoul(Option("samples", "1024")));
         passes::Accumulation accumulation("reference");
         settings.seed = 77;
-        Readback mean, display, flip, rawFlip;
+        Readback mean;
         for (settings.sampleIndex = 0; settings.sampleIndex < samples; ++settings.sampleIndex) {
             m_renderer.BeginFrame();
             const SceneIds ids = m_scene.Declare(m_renderer);
@@ -234,35 +259,48 @@ class Measurement {
                                    accumulation)
                     .mean;
             m_renderer.Present(sum);
-            if (settings.sampleIndex + 1 == samples) {
-                mean = m_renderer.ReadBack(sum);
-                const TextureId referenceShown = Shown(sum);
-                display = m_renderer.ReadBack(referenceShown);
-                const auto flipTo = [&](const std::vector<uint8_t>& picture) {
-                    return m_renderer.ReadBack(passes::ReduceBlocks(
-                        m_renderer, passes::Flip(m_renderer, referenceShown, Uploaded(picture))));
-                };
-                flip = flipTo(shown);
-                rawFlip = flipTo(rawShown);
-            }
+            if (settings.sampleIndex + 1 == samples) mean = m_renderer.ReadBack(sum);
             m_renderer.Execute();
         }
         m_reference = WaitForValues<float>(mean);
+        m_renderer.TakeTimings();
+    }
+    void Reference(const passes::TraceSettings& settings, const std::vector<uint8_t>& rawShown,
+                   const std::vector<uint8_t>& shown) {
+        const std::string file = Option("reference", "");
+        const auto bytes = std::streamsize{16} * m_extent.width * m_extent.height;
+        m_reference.resize(static_cast<size_t>(bytes) / sizeof(float));
+        if (!std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(m_reference.data()), bytes)) {
+            Accumulate(settings);
+            if (!file.empty())
+                std::ofstream(file, std::ios::binary)
+                    .write(reinterpret_cast<const char*>(m_reference.data()), bytes);
+        }
+        m_renderer.BeginFrame();
+        const TextureId referenceShown =
+            Shown(Uploaded(std::as_bytes(std::span(m_reference)), Format::Rgba32Float));
+        const Readback display = m_renderer.ReadBack(referenceShown);
+        const auto flipTo = [&](const std::vector<uint8_t>& picture) {
+            return m_renderer.ReadBack(passes::ReduceBlocks(
+                m_renderer, passes::Flip(m_renderer, referenceShown,
+                                         Uploaded(std::as_bytes(std::span(picture)), Format::Rgba8Unorm))));
+        };
+        const Readback flip = flipTo(shown), rawFlip = flipTo(rawShown);
+        m_renderer.Execute();
         m_referenceShown = WaitForValues<uint8_t>(display);
         flip.Wait();
         rawFlip.Wait();
         m_flip = passes::StatisticsOf(flip, m_extent).mean;
         m_rawFlip = passes::StatisticsOf(rawFlip, m_extent).mean;
-        m_renderer.TakeTimings();
     }
-    TextureId Uploaded(const std::vector<uint8_t>& picture) {
+    TextureId Uploaded(std::span<const std::byte> texels, Format format) {
         Staging& staging = m_staging.emplace_back();
         staging.buffer = m_renderer.Device().CreateBuffer({.name = "picture",
-                                                           .size = picture.size(),
+                                                           .size = texels.size(),
                                                            .usage = rhi::BufferUsage::CopySource,
                                                            .memory = rhi::MemoryKind::Upload});
-        std::copy(picture.begin(), picture.end(), reinterpret_cast<uint8_t*>(staging.buffer.Mapped().data()));
-        TextureId texture = m_renderer.CreateTexture("uploaded", {m_extent, Format::Rgba8Unorm});
+        std::ranges::copy(texels, staging.buffer.Mapped().data());
+        TextureId texture = m_renderer.CreateTexture("uploaded", {m_extent, format});
         const BufferId source = m_renderer.Import("picture", staging.buffer, staging.state);
         m_renderer.AddPass(
             "Upload", PassKind::Transfer,
@@ -274,6 +312,17 @@ class Measurement {
                 commands.CopyToTexture(resources.Buffer(source), 0, resources.Texture(texture));
             });
         return texture;
+    }
+    // Returns the bytes in use after a frame of one sample, which RealTime filters or does not.
+    uint64_t BytesOfFrame(const passes::TraceSettings& settings, bool isFiltered) {
+        m_renderer.BeginFrame();
+        m_scene.SetViewpoint(EyeOf(settings.camera));
+        const SceneIds ids = m_scene.Declare(m_renderer);
+        const TextureId sample = passes::Trace(m_renderer, ids, settings).radiance;
+        m_renderer.Present(isFiltered ? passes::RealTime(m_renderer, ids, settings, sample, m_history)
+                                      : sample);
+        m_renderer.Execute();
+        return m_renderer.Device().Memory().usedBytes;
     }
     void Save(const char* ending, const std::vector<uint8_t>& shown) const {
         if (const std::string prefix = Option("pictures", ""); !prefix.empty())

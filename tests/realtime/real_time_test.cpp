@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -52,13 +53,29 @@ gpu::CameraRecord Camera(Extent2D extent) {
     return camera;
 }
 
-// Texels of surfaces (shaders/real_time/surface.glsl).
-constexpr Texel kWall{0, 0, 2, 1};   // faces the camera
-constexpr Texel kOther{0, 0, 2, 2};  // has another number
-constexpr Texel kFarther{0, 0, 20, 1};
-constexpr Texel kTurned{1, 0, 2, 1};  // its normal is +x
-constexpr Texel kNothing{0, 0, 0, 0};
-constexpr Texel kStill{0, 0, 2, 1};  // motion
+// Surfaces: normal in the octahedron, depth, number (shaders/real_time/surface.glsl).
+constexpr Texel kWall{0, 0, 2, 2};   // faces the camera
+constexpr Texel kOther{0, 0, 2, 3};  // has another number
+constexpr Texel kFarther{0, 0, 20, 2};
+constexpr Texel kTurned{1, 0, 2, 2};  // its normal is +x
+constexpr Texel kNothing{0, 0, 0, 1};
+constexpr Texel kUnwritten{0, 0, 0, 0};
+constexpr Texel kStill{0, 0, 1, 1};  // motion
+
+std::vector<uint32_t> Packed(const Picture& surfaces) {
+    std::vector<uint32_t> words;
+    for (size_t i = 0; i < surfaces.size(); i += 4) {
+        const auto coordinate = [&](size_t c) {
+            return static_cast<uint32_t>(std::lround(511.0f * surfaces[i + c]) + 512);
+        };
+        words.push_back(std::bit_cast<uint32_t>(surfaces[i + 2]));
+        words.push_back(coordinate(0) << 22 | coordinate(1) << 12 | static_cast<uint32_t>(surfaces[i + 3]));
+    }
+    return words;
+}
+
+// The largest relative error of a value that is rounded to a half, to either side.
+constexpr float kRounding = 1.0f / 1024.0f;
 
 struct Frame {
     Picture sample, surfaces, motion, albedo;
@@ -69,40 +86,61 @@ Frame StillFrame(Extent2D extent, const Picture& sample) {
 
 struct Mean {
     Picture mean;
-    std::vector<float> square;
+    std::vector<float> deviation;
     Picture surfaces;
 };
 Mean NoMean(Extent2D extent) {
     return {Filled(extent, {0, 0, 0, 0}), std::vector<float>(size_t{extent.width} * extent.height),
-            Filled(extent, {0, 0, 0, -1})};
+            Filled(extent, kUnwritten)};
 }
 
 class RealTimeSteps : public VulkanTest {
   protected:
     TextureId Texture(PassHarness& h, const char* name, Extent2D extent, const Picture& picture) {
-        return h.Texture(name, extent, Format::Rgba32Float, picture);
+        return h.Texture(name, extent, Format::Rgba16Float, picture);
+    }
+    TextureId Deviation(PassHarness& h, Extent2D extent, const std::vector<float>& values) {
+        return h.Texture("deviation", extent, Format::R16Float, values);
+    }
+    TextureId Surfaces(PassHarness& h, Extent2D extent, const Picture& surfaces) {
+        TextureId texture = h.Graph().CreateTexture("surfaces", {extent, Format::Rg32Uint});
+        const BufferId words = h.Buffer("surfaces", Packed(surfaces));
+        h.Graph().AddPass(
+            "FillSurfaces", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                pass.CopiesFrom(words);
+                texture = pass.CopiesTo(texture);
+            },
+            [words, texture](CommandList& commands, const PassResources& resources) {
+                commands.CopyToTexture(resources.Buffer(words), 0, resources.Texture(texture));
+            });
+        return texture;
     }
     passes::SurfaceIds Seen(PassHarness& h, Extent2D extent, const Frame& frame) {
-        return {Texture(h, "albedo", extent, frame.albedo), Texture(h, "surfaces", extent, frame.surfaces),
+        return {Texture(h, "albedo", extent, frame.albedo), Surfaces(h, extent, frame.surfaces),
                 Texture(h, "motion", extent, frame.motion)};
     }
     Mean Accumulate(Extent2D extent, const Frame& frame, const Mean& before, uint32_t mostBefore = 100,
                     uint32_t most = 100) {
-        Mean now{.mean = {}, .square = {}, .surfaces = frame.surfaces};
-        Readback square;
+        Mean now{.mean = {}, .deviation = {}, .surfaces = frame.surfaces};
+        Readback deviation;
         now.mean = harness
                        .Run([&](PassHarness& h) {
                            const passes::MovingMeanIds ids = passes::AccumulateMoving(
-                               h.Graph(), Texture(h, "sample", extent, frame.sample), Seen(h, extent, frame),
+                               h.Graph(), h.Texture("sample", extent, Format::Rgba32Float, frame.sample),
+                               Seen(h, extent, frame),
                                {Texture(h, "meanBefore", extent, before.mean),
-                                h.Texture("squareBefore", extent, Format::R32Float, before.square),
-                                Texture(h, "surfacesBefore", extent, before.surfaces)},
-                               Camera(extent), mostBefore, most);
-                           square = h.Graph().ReadBack(ids.square);
+                                Deviation(h, extent, before.deviation), Surfaces(h, extent, before.surfaces)},
+                               {.cameraBefore = Camera(extent),
+                                .mostBefore = mostBefore,
+                                .most = most,
+                                .frame = ++m_frame});
+                           deviation = h.Graph().ReadBack(ids.deviation);
                            return ids.mean;
                        })
                        .values;
-        now.square = WaitForValues<float>(square);
+        deviation.Wait();
+        now.deviation = DecodeTexels(deviation.Bytes(), extent, deviation.Format()).values;
         return now;
     }
     Picture Variance(Extent2D extent, const Mean& mean, float dullness = 1.0f) {
@@ -110,10 +148,9 @@ class RealTimeSteps : public VulkanTest {
             .Run([&](PassHarness& h) {
                 return passes::EstimateVariance(
                     h.Graph(),
-                    {Texture(h, "mean", extent, mean.mean),
-                     h.Texture("square", extent, Format::R32Float, mean.square),
-                     Texture(h, "surfaces", extent, mean.surfaces)},
-                    h.Texture("albedo", extent, Format::Rgba32Float, {0.5f, 0.5f, 0.5f, dullness}));
+                    {Texture(h, "mean", extent, mean.mean), Deviation(h, extent, mean.deviation),
+                     Surfaces(h, extent, mean.surfaces)},
+                    h.Texture("albedo", extent, Format::Rgba16Float, {0.5f, 0.5f, 0.5f, dullness}));
             })
             .values;
     }
@@ -121,18 +158,18 @@ class RealTimeSteps : public VulkanTest {
         return harness
             .Run([&](PassHarness& h) {
                 return passes::FilterLevel(h.Graph(), Texture(h, "guided", extent, guided),
-                                           Texture(h, "surfaces", extent, surfaces), Camera(extent), stride);
+                                           Surfaces(h, extent, surfaces), Camera(extent), stride);
             })
             .values;
     }
     Picture Resolve(Extent2D extent, const Picture& filtered, const Frame& frame, const Picture& mean,
-                    const Picture& surfacesBefore, const Picture& before,
-                    const passes::ResolveSettings& settings) {
+                    const Picture& surfacesBefore, const Picture& before, passes::ResolveSettings settings) {
+        settings.frame = ++m_frame;
         return harness
             .Run([&](PassHarness& h) {
                 return passes::ResolveMoving(h.Graph(), Texture(h, "filtered", extent, filtered),
                                              Seen(h, extent, frame), Texture(h, "mean", extent, mean),
-                                             Texture(h, "surfacesBefore", extent, surfacesBefore),
+                                             Surfaces(h, extent, surfacesBefore),
                                              Texture(h, "pictureBefore", extent, before), settings);
             })
             .values;
@@ -153,6 +190,9 @@ class RealTimeSteps : public VulkanTest {
                                {mostBefore, 10, 64, false});
     }
     PassHarness harness{Device()};
+
+  private:
+    uint32_t m_frame = 0;
 };
 
 float At(const Picture& picture, Extent2D extent, int x, int y, int channel = 0) {
@@ -169,10 +209,11 @@ TEST_F(RealTimeSteps, AccumulateMoving_Still_IsTheMeanOfSampleOverAlbedo) {
     Mean mean = NoMean(extent);
     for (const float value : {1.0f, 2.0f, 6.0f, 3.0f})
         mean = Accumulate(extent, StillFrame(extent, Filled(extent, Gray(value))), mean);
-    for (size_t i = 0; i < mean.square.size(); ++i) {
-        EXPECT_NEAR(mean.mean[4 * i], 6.0f, 1e-5f);  // 12 / 4 / .5
+    for (size_t i = 0; i < mean.deviation.size(); ++i) {
+        EXPECT_NEAR(mean.mean[4 * i], 6.0f, 6.0f * 2.0f * kRounding);  // 12 / 4 / .5
         EXPECT_EQ(mean.mean[4 * i + 3], 4.0f);
-        EXPECT_NEAR(mean.square[i], 50.0f, 1e-4f);  // (1 + 4 + 36 + 9) / 4 / .25
+        // The square root of (1 + 4 + 36 + 9) / 4 / .25 - 6 * 6
+        EXPECT_NEAR(mean.deviation[i], 3.7417f, 3.7f * 2.0f * kRounding);
     }
 }
 
@@ -182,8 +223,8 @@ TEST_F(RealTimeSteps, AccumulateMoving_MostSamples_BoundWhatCounts) {
     Mean mean = old;
     mean.mean[3] = 50.0f;  // samples
     const Frame dark = StillFrame(extent, Filled(extent, Gray(0.0f)));
-    EXPECT_NEAR(Accumulate(extent, dark, mean, 3).mean[0], 2.0f * 3.0f / 4.0f, 1e-6f);
-    EXPECT_NEAR(Accumulate(extent, dark, mean, 100, 10).mean[0], 2.0f * 9.0f / 10.0f, 1e-6f);
+    EXPECT_NEAR(Accumulate(extent, dark, mean, 3).mean[0], 2.0f * 3.0f / 4.0f, 2.0f * kRounding);
+    EXPECT_NEAR(Accumulate(extent, dark, mean, 100, 10).mean[0], 2.0f * 9.0f / 10.0f, 2.0f * kRounding);
     EXPECT_EQ(Accumulate(extent, dark, mean, 0).mean[0], 0.0f);
     EXPECT_EQ(Accumulate(extent, dark, mean, 0).mean[3], 1.0f);
 }
@@ -195,14 +236,15 @@ TEST_F(RealTimeSteps, AccumulateMoving_MovedSurface_BringsItsHistoryAlong) {
     const Mean mean = Accumulate(extent, first, NoMean(extent));
     for (const float shift : {-3.0f, 2.0f, 0.5f, -1.25f}) {
         Frame second = first;
-        second.motion = Filled(extent, {shift, 0, 2, 1});
+        second.motion = Filled(extent, {shift, 0, 1, 1});
         second.sample = Filled(extent, Gray(0.0f));
         const Mean moved = Accumulate(extent, second, mean);
         for (int x = 0; x < 9; ++x) {
             const float from = static_cast<float>(x) + shift;
             const bool isInside = from >= 0.0f && from <= 8.0f;
             if (from > -2.0f && from < 10.0f && !isInside) continue;  // it is beside the picture
-            EXPECT_NEAR(At(moved.mean, extent, x, 1), isInside ? from : 0.0f, 1e-4f) << shift << " " << x;
+            EXPECT_NEAR(At(moved.mean, extent, x, 1), isInside ? from : 0.0f, 8.0f * kRounding)
+                << shift << " " << x;
             EXPECT_EQ(At(moved.mean, extent, x, 1, 3), isInside ? 2.0f : 1.0f) << shift << " " << x;
         }
     }
@@ -214,11 +256,10 @@ TEST_F(RealTimeSteps, AccumulateMoving_OtherSurface_HasNoHistory) {
     for (const Texel& surface : {kOther, kFarther, kTurned, kNothing}) {
         Frame frame = StillFrame(extent, Filled(extent, Gray(1.0f)));
         frame.surfaces = Filled(extent, surface);
-        frame.motion = Filled(extent, {0, 0, surface[2], 1});
         EXPECT_EQ(Accumulate(extent, frame, mean).mean, Filled(extent, {2, 2, 2, 1})) << surface[2];
     }
     Frame placeless = StillFrame(extent, Filled(extent, Gray(1.0f)));
-    placeless.motion = Filled(extent, {0, 0, 2, 0});
+    placeless.motion = Filled(extent, {0, 0, 1, 0});
     EXPECT_EQ(Accumulate(extent, placeless, mean).mean, Filled(extent, {2, 2, 2, 1}));
 }
 
@@ -235,15 +276,51 @@ TEST_F(RealTimeSteps, AccumulateMoving_PixelOfAnEdge_FindsItsSurfaceBesideIt) {
     EXPECT_EQ(At(next.mean, extent, 3, 1, 3), 2.0f);
 }
 
+// Each sample adds less than half the distance between two halves.
+TEST_F(RealTimeSteps, AccumulateMoving_SmallSteps_ReachTheirMean) {
+    const Extent2D extent{16, 16};
+    Mean mean = NoMean(extent);
+    const Frame before = StillFrame(extent, Filled(extent, Gray(0.5f)));
+    const Frame after = StillFrame(extent, Filled(extent, Gray(0.5025f)));
+    for (int i = 0; i < 10; ++i) mean = Accumulate(extent, before, mean, 100, 32);
+    EXPECT_EQ(mean.mean[0], 1.0f);
+    for (int i = 0; i < 120; ++i) mean = Accumulate(extent, after, mean, 100, 32);
+    double average = 0.0;
+    for (size_t i = 0; i < mean.mean.size(); i += 4) average += mean.mean[i] / 256.0;
+    EXPECT_NEAR(average, 1.005, 0.0005);
+}
+
+TEST_F(RealTimeSteps, AccumulateMoving_SmallDeviation_IsFoundBesideALargeMean) {
+    const Extent2D extent{8, 8};
+    Mean mean = NoMean(extent);
+    for (int i = 0; i < 16; ++i)
+        mean =
+            Accumulate(extent, StillFrame(extent, Filled(extent, Gray(i % 2 == 0 ? 496.0f : 504.0f))), mean);
+    for (const float deviation : mean.deviation) EXPECT_NEAR(deviation, 8.0f, 0.5f);
+}
+
+TEST_F(RealTimeSteps, AccumulateMoving_BeyondHalves_IsTheLargestHalf) {
+    const Extent2D extent{3, 2};
+    Mean mean = NoMean(extent);
+    for (const float value : {1e9f, 40000.0f})
+        mean = Accumulate(extent, StillFrame(extent, Filled(extent, Gray(value))), mean);
+    for (size_t i = 0; i < mean.deviation.size(); ++i) {
+        EXPECT_EQ(mean.mean[4 * i], 65504.0f);
+        EXPECT_EQ(mean.deviation[i], 0.0f);
+    }
+}
+
 // --- EstimateVariance ---
 
 TEST_F(RealTimeSteps, EstimateVariance_OfManySamples_IsThatOfTheirMean) {
     const Extent2D extent{6, 5};
-    Mean mean{Filled(extent, {3, 3, 3, 8}), std::vector<float>(30, 9.0f + 7.0f), Filled(extent, kWall)};
+    Mean mean{Filled(extent, {3, 3, 3, 8}), std::vector<float>(30, 2.6458f), Filled(extent, kWall)};
     const Picture guided = Variance(extent, mean);
     for (size_t i = 0; i < 30; ++i)
-        EXPECT_NEAR(guided[4 * i + 3], 1.75f, 1e-5f);                       // (1 + 6 / 8) of 7 / (8 - 1)
-    EXPECT_NEAR(Variance(extent, mean, 0.0f)[3], 0.1f * guided[3], 1e-5f);  // of a mirror
+        EXPECT_NEAR(guided[4 * i + 3] * guided[4 * i + 3], 1.75f,
+                    4.0f * kRounding);  // (1 + 6 / 8) of 7 / (8 - 1)
+    const float ofMirror = Variance(extent, mean, 0.0f)[3];
+    EXPECT_NEAR(ofMirror * ofMirror, 0.175f, kRounding);
 }
 
 TEST_F(RealTimeSteps, EstimateVariance_OfOneSample_IsThatOfTheSurfaceAround) {
@@ -254,12 +331,12 @@ TEST_F(RealTimeSteps, EstimateVariance_OfOneSample_IsThatOfTheSurfaceAround) {
     mean.surfaces = Made(extent, [](int x, int) { return x < 16 ? kWall : kOther; });
     for (size_t i = 0; i < 32 * 32; ++i) {
         if (i % 32 >= 16) mean.mean[4 * i] = mean.mean[4 * i + 1] = mean.mean[4 * i + 2] = 1000.0f;
-        mean.square.push_back(mean.mean[4 * i] * mean.mean[4 * i]);
+        mean.deviation.push_back(0.0f);
     }
     const Picture guided = Variance(extent, mean);
     double average = 0.0;
     for (int y = 0; y < 32; ++y)
-        for (int x = 0; x < 16; ++x) average += At(guided, extent, x, y, 3) / 512.0;
+        for (int x = 0; x < 16; ++x) average += std::pow(At(guided, extent, x, y, 3), 2.0) / 512.0;
     EXPECT_NEAR(average, 7 * 4.0, 5.0);  // the other surface is not in it
     EXPECT_NEAR(At(guided, extent, 20, 9, 3), 0.0f, 1.0f);
 }
@@ -271,7 +348,7 @@ TEST_F(RealTimeSteps, FilterLevel_ConstantStays) {
     const Picture constant = Filled(extent, {0.3f, 0.7f, 1.9f, 0.5f});
     const Picture filtered = Filter(extent, constant, Filled(extent, kWall), 2);
     for (size_t i = 0; i < constant.size(); ++i)
-        EXPECT_NEAR(filtered[i], i % 4 == 3 ? filtered[i] : constant[i], 1e-6f);
+        EXPECT_NEAR(filtered[i], i % 4 == 3 ? filtered[i] : constant[i], constant[i] * kRounding);
 }
 
 TEST_F(RealTimeSteps, FilterLevel_WithoutVariance_ChangesNothing) {
@@ -280,14 +357,15 @@ TEST_F(RealTimeSteps, FilterLevel_WithoutVariance_ChangesNothing) {
         return Texel{1.0f + 0.1f * static_cast<float>(x), 2.0f + 0.2f * static_cast<float>(y * x % 5), 1, 0};
     });
     const Picture filtered = Filter(extent, detailed, Filled(extent, kWall), 1);
-    for (size_t i = 0; i < detailed.size(); ++i) EXPECT_NEAR(filtered[i], detailed[i], 1e-5f);
+    for (size_t i = 0; i < detailed.size(); ++i)
+        EXPECT_NEAR(filtered[i], detailed[i], detailed[i] * kRounding);
 }
 
 TEST_F(RealTimeSteps, FilterLevel_NothingLeaksOverEdges) {
     const Extent2D extent{8, 8};
     const Picture guided = Made(extent, [](int x, int) {
         const float value = x < 4 ? 1.0f : 100.0f;
-        return Texel{value, value, value, 1e6f};
+        return Texel{value, value, value, 1e4f};
     });
     for (const Texel& beyond : {kOther, kTurned, kNothing, kFarther}) {
         const Picture surfaces = Made(extent, [&](int x, int) { return x < 4 ? kWall : beyond; });
@@ -295,7 +373,7 @@ TEST_F(RealTimeSteps, FilterLevel_NothingLeaksOverEdges) {
             const Picture filtered = Filter(extent, guided, surfaces, stride);
             for (int y = 0; y < 8; ++y)
                 for (int x = 0; x < 4; ++x)
-                    EXPECT_NEAR(At(filtered, extent, x, y), 1.0f, 1e-4f) << beyond[2] << " " << stride;
+                    EXPECT_NEAR(At(filtered, extent, x, y), 1.0f, kRounding) << beyond[2] << " " << stride;
         }
     }
 }
@@ -306,7 +384,7 @@ TEST_F(RealTimeSteps, FilterLevel_Noise_FallsAndKeepsItsMean) {
     std::exponential_distribution<float> exponential(1.0f);
     Picture picture = Made(extent, [&](int, int) {
         const float value = exponential(generator);
-        return Texel{value, value, value, 7.0f};  // as EstimateVariance takes it from a single sample
+        return Texel{value, value, value, 2.65f};  // as EstimateVariance takes it from a single sample
     });
     double before = 0.0, after = 0.0, error = 0.0;
     for (size_t i = 0; i < picture.size(); i += 4) before += picture[i] / 4096.0;
@@ -331,7 +409,7 @@ TEST_F(RealTimeSteps, ResolveMoving_Still_IsTheMeanOfAllPicturesTheLastOnesMost)
         picture = Resolve(extent, Filled(extent, Gray(value)), frame, Filled(extent, {1, 1, 1, samples++}),
                           frame.surfaces, picture, settings);
     for (size_t i = 0; i < picture.size(); i += 4) {
-        EXPECT_NEAR(picture[i], 2.0f, 1e-6f);  // (2 + 2 * 8 + 3 * 2 + 4 * 4) / 10 * .5
+        EXPECT_NEAR(picture[i], 2.0f, 4.0f * kRounding);  // (2 + 2 * 8 + 3 * 2 + 4 * 4) / 10 * .5
         EXPECT_EQ(picture[i + 3], 4.0f);
     }
 }
@@ -339,10 +417,10 @@ TEST_F(RealTimeSteps, ResolveMoving_Still_IsTheMeanOfAllPicturesTheLastOnesMost)
 TEST_F(RealTimeSteps, ResolveMoving_Moving_ClampsWhatItsNeighborhoodCannotBe) {
     const Extent2D extent{8, 8};
     Frame frame = StillFrame(extent, {});
-    frame.motion = Filled(extent, {1, 0, 2, 1});
+    frame.motion = Filled(extent, {1, 0, 1, 1});
     const Picture picture = Resolve(extent, Filled(extent, Gray(2.0f)), frame, Filled(extent, {1, 1, 1, 9}),
                                     frame.surfaces, Filled(extent, {50, 50, 50, 9}), {.mostBefore = 64});
-    EXPECT_NEAR(At(picture, extent, 3, 3), 1.0f, 1e-5f);
+    EXPECT_NEAR(At(picture, extent, 3, 3), 1.0f, kRounding);
 }
 
 // --- All steps ---
@@ -368,7 +446,7 @@ TEST_F(RealTimeSteps, WithoutNoise_ThePictureIsTheSample) {
                                  }));
         for (int i = 0; i < 64; ++i) Advance(extent, loop, frame);
         for (size_t i = 0; i < loop.picture.size(); ++i)
-            EXPECT_NEAR(loop.picture[i], i % 4 == 3 ? 64.0f : frame.sample[i], 0.01f * frame.sample[i]);
+            EXPECT_NEAR(loop.picture[i], i % 4 == 3 ? 64.0f : frame.sample[i], 0.015f * frame.sample[i]);
     }
 }
 
@@ -377,7 +455,7 @@ TEST_F(RealTimeSteps, MovingChecker_LeavesNoGhost) {
     const Extent2D extent{48, 24};
     Loop loop = Begin(extent);
     Frame frame = StillFrame(extent, {});
-    frame.motion = Filled(extent, {-2, 0, 2, 1});
+    frame.motion = Filled(extent, {-2, 0, 1, 1});
     const auto checker = [&](int shift) {
         return Made(extent, [&](int x, int y) {
             return Gray(((x - shift + 96) / 6 + y / 6) % 2 == 0 ? 1.0f : 0.1f);
@@ -407,7 +485,7 @@ TEST_F(RealTimeSteps, DisoccludedWall_ShowsNoOldColor) {
         frame.surfaces = Made(extent, [&](int x, int) { return isBody(x) ? kOther : kWall; });
         if (i == 8)
             frame.motion = Made(extent, [&](int x, int) {
-                return Texel{isBody(x) ? -12.0f : 0.0f, 0, 2, 1};
+                return Texel{isBody(x) ? -12.0f : 0.0f, 0, 1, 1};
             });
         Advance(extent, loop, frame);
     }
@@ -430,7 +508,8 @@ TEST_F(RealTimeSteps, HandOver_WeighsByBothErrors) {
                        .Run([&](PassHarness& h) {
                            const Picture sample =
                                Made(extent, [&](int, int) { return Gray(normal(generator)); });
-                           return passes::Accumulate(h.Graph(), Texture(h, "sample", extent, sample),
+                           return passes::Accumulate(h.Graph(),
+                                                     h.Texture("sample", extent, Format::Rgba32Float, sample),
                                                      accumulation, true)
                                .mean;
                        })
@@ -449,7 +528,7 @@ TEST_F(RealTimeSteps, HandOver_WeighsByBothErrors) {
             deviation += (shown[i] - 1.0) * (shown[i] - 1.0) / (double(shown.size()) / 4.0);
         return std::sqrt(deviation);
     };
-    EXPECT_NEAR(show(3.0f, 3), 2.0, 1e-6);   // They are too few: it is the picture
+    EXPECT_NEAR(show(3.0f, 3), 2.0, 1e-3);   // They are too few: it is the picture
     EXPECT_LT(show(1.0f, 1), 0.06);          // The mean has an error of .25
     EXPECT_NEAR(show(3.0f, 0), 0.25, 0.05);  // The picture has one of 2
     EXPECT_LT(show(1.2f, 60), 0.08);         // The mean has one of .06
@@ -497,7 +576,11 @@ class RealTimeView : public VulkanTest {
         picture.Wait();
         reference.Wait();
         if (mean != nullptr) *mean = ToFloatImage(reference);
-        return ToFloatImage(picture);
+        FloatImage shown = ToFloatImage(reference);
+        const std::vector<float> values =
+            DecodeTexels(picture.Bytes(), picture.Extent(), picture.Format()).values;
+        std::memcpy(shown.values.data(), values.data(), values.size() * sizeof(float));
+        return shown;
     }
     float SamplesAt(const FloatImage& picture, uint32_t x, uint32_t y) { return picture.At(x, y).w; }
 
@@ -607,13 +690,14 @@ TEST_F(RealTimeView, DeformedVertices_HaveTheMotionOfTheirPose) {
     motion.Wait();
     found.Wait();
     double moved = 0.0, count = 0.0;
-    const FloatImage pixels = ToFloatImage(motion), surfaces = ToFloatImage(found);
-    for (size_t i = 0; i < pixels.values.size(); ++i) {
-        if (surfaces.values[i].w == 0.0f) {
-            EXPECT_EQ(pixels.values[i].x, 0.0f);
+    const std::vector<float> pixels = DecodeTexels(motion.Bytes(), motion.Extent(), motion.Format()).values;
+    const std::vector<uint32_t> surfaces = ValuesOf<uint32_t>(found);
+    for (size_t i = 0; i < pixels.size() / 4; ++i) {
+        if (static_cast<float>(surfaces[2 * i + 1] & 0xFFFu) == kNothing[3]) {
+            EXPECT_EQ(pixels[4 * i], 0.0f);
             continue;
         }
-        moved += std::hypot(pixels.values[i].x, pixels.values[i].y);
+        moved += std::hypot(pixels[4 * i], pixels[4 * i + 1]);
         count += 1.0;
     }
     ASSERT_GT(count, 40.0);
