@@ -103,6 +103,49 @@ TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
     return error;
 }
 
+SquaredErrorIds RelativeSquaredError(Renderer& renderer, TextureId test, const AccumulatedIds& samples,
+                                     const Accumulation::Progress& progress) {
+    const Extent2D extent =
+        RequireComparable(renderer, "RelativeSquaredError", test, samples.mean, Format::Rgba32Float);
+    if (progress.sampleCount == 0)
+        throw MakeError(ErrorKind::Usage, "RelativeSquaredError: pixels of the reference have no sample");
+    SquaredErrorIds ids{renderer.CreateTexture("squaredError", {extent, Format::R32Float}),
+                        renderer.CreateTexture("squaredNoise", {extent, Format::R32Float})};
+    const struct {
+        uint32_t sampleCount, doneRows, doneColumns, bandHeight;
+    } constants{progress.sampleCount, progress.cursor.Y(), progress.cursor.X(), progress.cursor.BandHeight()};
+    renderer.AddPass(
+        "RelativeSquaredError", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/squared_error.comp");
+            pass.Reads("test", test);
+            ReadSums(pass, samples, true);
+            pass.Constants(constants);
+            ids.error = pass.Writes("error", ids.error);
+            ids.noise = pass.Writes("noise", ids.noise);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return ids;
+}
+
+TextureId Flicker(Renderer& renderer, TextureId picture, TextureId moments, float weight) {
+    const Extent2D extent = renderer.Desc(picture).extent;
+    if (!(renderer.Desc(moments).extent == extent))
+        throw MakeError(ErrorKind::Usage, "Flicker: moments of another extent than the picture");
+    TextureId flicker = renderer.CreateTexture("flicker", {extent, Format::R32Float});
+    renderer.AddPass(
+        "Flicker", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/flicker.comp");
+            pass.Reads("picture", picture);
+            pass.Constants(weight);
+            moments = pass.Updates("moments", moments);
+            flicker = pass.Writes("flicker", flicker);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return flicker;
+}
+
 TextureId Heat(Renderer& renderer, TextureId values, float maximum) {
     RequireNumbers(renderer, "Heat", values);
     const Extent2D extent = renderer.Desc(values).extent;

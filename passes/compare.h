@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "base/api.h"
+#include "passes/accumulate.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -39,6 +40,24 @@ struct DifferenceIds {
 // is the luminance of Rec. 709 and `minimum`, in its units, limits the weight of nearly black pixels.
 [[nodiscard]] RAYGRAPH_API TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
                                                    float minimum = 0.01f);
+
+// The relative squared error of each pixel, r32f: the mean over the color channels of (test - reference)^2 /
+// (reference^2 + .01). Its mean over the pixels is the relMSE.
+struct SquaredErrorIds {
+    TextureId error;
+    TextureId noise;  // what the reference's own noise is expected to add to it; 0 below two samples
+};
+// `test` is rgba32f. The reference is the mean of `samples`, which have squares, and at least one of every
+// pixel. Throws Error{Usage} for others.
+[[nodiscard]] RAYGRAPH_API SquaredErrorIds RelativeSquaredError(Renderer& renderer, TextureId test,
+                                                                const AccumulatedIds& samples,
+                                                                const Accumulation::Progress& progress);
+
+// Adds `picture`, rgba32f, to `moments`, rg32f: mean and variance of the luminance over pictures, of which
+// the newest has the share `weight`. With a weight of 1 they begin anew. Returns variance / (mean^2 + .01),
+// r32f.
+[[nodiscard]] RAYGRAPH_API TextureId Flicker(Renderer& renderer, TextureId picture, TextureId moments,
+                                             float weight);
 
 // Maps r32f to colors, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 is dark, `maximum` and above light.
 // `maximum` is above 0.

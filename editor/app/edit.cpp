@@ -31,6 +31,7 @@ void Begin(Workspace& work, const EditOptions& options) {
     viewport::ShowSettings show = work.view.Show();
     show.view = options.view.value_or(show.view);
     show.surface = options.surface.value_or(show.surface);
+    show.compared = options.compared.value_or(show.compared);
     work.view.SetShow(show);
     if (!options.environment.empty()) work.Open(options.environment);
     if (!options.scene.empty()) work.Open(options.scene, options.variant, options.camera);

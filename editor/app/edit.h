@@ -17,18 +17,19 @@
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;                // "": starts without a scene
-    std::string variant = {};                   // name or index of a variant of the scene; "": none
-    std::string camera = {};                    // the first camera, as in scene::ChooseView
-    std::filesystem::path root = {};            // scene::LoadOptions::root of this file and all later ones
-    std::filesystem::path environment = {};     // .hdr or .exr file of the environment map; "": none
-    DefaultLight light = DefaultLight::Auto;    // light of scenes that are opened without a map
-    std::optional<viewport::View> view = {};    // none: the stored view, or path-traced
-    std::optional<passes::View> surface = {};   // view of View::Surface; none: the stored one
-    scene::PointsAndLines pointsAndLines = {};  // radii in this and all later files; off: left out
-    std::filesystem::path script;               // runs this script without a window; "": opens a window
-    std::filesystem::path shaders;              // folder of shader sources for hot reload; "": none
-    uint64_t textureBudget = 0;                 // in bytes, see GpuSceneDesc
+    std::filesystem::path scene;               // "": starts without a scene
+    std::string variant = {};                  // name or index of a variant of the scene; "": none
+    std::string camera = {};                   // the first camera, as in scene::ChooseView
+    std::filesystem::path root = {};           // scene::LoadOptions::root of this file and all later ones
+    std::filesystem::path environment = {};    // .hdr or .exr file of the environment map; "": none
+    DefaultLight light = DefaultLight::Auto;   // light of scenes that are opened without a map
+    std::optional<viewport::View> view = {};   // none: the stored view, or path-traced
+    std::optional<passes::View> surface = {};  // view of View::Surface; none: the stored one
+    std::optional<viewport::Compared> compared = {};  // what views compare; none: the stored one
+    scene::PointsAndLines pointsAndLines = {};        // radii in this and all later files; off: left out
+    std::filesystem::path script;                     // runs this script without a window; "": opens a window
+    std::filesystem::path shaders;                    // folder of shader sources for hot reload; "": none
+    uint64_t textureBudget = 0;                       // in bytes, see GpuSceneDesc
     // The log panel shows this; devices add their messages to it. Null: the panel is empty.
     std::shared_ptr<LogHistory> log = {};
 };

@@ -331,8 +331,9 @@ void Editor::StatusBar(float top, float width, float height) {
     ImGui::Begin("Status", nullptr, kFixed | ImGuiWindowFlags_NoDecoration);
     ImGui::PopStyleVar();
     const viewport::ViewportProgress progress = m_work.view.Progress();
-    const viewport::View view = m_work.view.Show().view;
-    ImGui::Text("%s", Name(view));
+    const viewport::ShowSettings& show = m_work.view.Show();
+    const viewport::View view = show.view;
+    ImGui::Text("%s%s", Name(view), viewport::ComparesRealTime(show) ? " of real-time" : "");
     ImGui::SameLine();
     const Extent2D size = m_work.view.Size();
     ImGui::TextDisabled("%ux%u  %u samples  %.1f ms", size.width, size.height,
@@ -341,7 +342,8 @@ void Editor::StatusBar(float top, float width, float height) {
     if (IsMeasured(view))
         if (const std::optional<viewport::CompareNumbers> numbers = m_work.view.Numbers()) {
             ImGui::SameLine();
-            ImGui::Text("mean %.4f, maximum %.3f", numbers->numbers.mean, numbers->numbers.maximum);
+            ImGui::Text("mean %.4f, maximum %.3f, against %s", numbers->numbers.mean,
+                        numbers->numbers.maximum, Counted(numbers->pathTracedSamples, "sample").c_str());
         }
     if (!m_work.message.empty()) {
         ImGui::SameLine();

@@ -1,6 +1,7 @@
 #include "editor/app/frame_statistics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/text.h"
@@ -73,6 +74,39 @@ std::optional<double> SampleRate::PerSecond() const {
     const double span = m_points.back().seconds - m_points.front().seconds;
     if (span < 0.25) return std::nullopt;
     return (m_points.back().samples - m_points.front().samples) / span;
+}
+
+void RealTimeErrorHistory::Add(const viewport::RealTimeErrors& errors) {
+    m_errors.push_back(errors);
+    if (m_errors.size() > kLength) m_errors.pop_front();
+}
+
+std::vector<RealTimeErrorHistory::Curve> RealTimeErrorHistory::Curves() const {
+    if (IsEmpty()) return {};
+    const std::string against = Counted(m_errors.back().referenceSamples, "sample");
+    std::vector<Curve> curves;
+    const auto add = [&](const std::string& name, auto&& valueOf) {
+        Curve curve;
+        for (const viewport::RealTimeErrors& errors : m_errors) {
+            const std::optional<double> value = valueOf(errors);
+            curve.values.push_back(value ? std::optional(static_cast<float>(*value)) : std::nullopt);
+        }
+        const std::optional<float> newest = curve.values.back();
+        curve.text = Text("{:>9} {}", newest ? Text("{:.2g}", *newest) : "-", name);
+        curves.push_back(std::move(curve));
+    };
+    using Errors = viewport::RealTimeErrors;
+    add(Text("relMSE against {}", against),
+        [](const Errors& e) { return std::optional(e.relativeSquaredError); });
+    add("of this, noise of the reference", [](const Errors& e) { return e.referenceNoise; });
+    add(Text("FLIP against {}", against), [](const Errors& e) { return std::optional(e.flip); });
+    add("flicker of the last second", [](const Errors& e) { return e.flicker; });
+    return curves;
+}
+
+float OnLogAxis(float value, float from, float to) {
+    if (!(value > from)) return 0.0f;
+    return std::min(std::log(value / from) / std::log(to / from), 1.0f);
 }
 
 double SecondsLeft(double error, double target, double samples, double samplesPerSecond) {

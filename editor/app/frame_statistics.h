@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "editor/viewport/real_time_errors.h"
 #include "renderer/graph/renderer.h"
 #include "rhi/device.h"
 
@@ -67,6 +68,28 @@ class SampleRate {
     };
     std::deque<Point> m_points;
 };
+
+// RealTimeErrorHistory keeps the errors of the real-time view that were measured last.
+class RealTimeErrorHistory {
+  public:
+    static constexpr size_t kLength = 240;
+
+    void Add(const viewport::RealTimeErrors& errors);
+    bool IsEmpty() const { return m_errors.empty(); }
+    struct Curve {
+        std::string text;                          // the name with the newest value
+        std::vector<std::optional<float>> values;  // oldest first; none: not known then
+    };
+    // Returns a curve for each error, of as many values. The texts say of how many samples the reference was.
+    std::vector<Curve> Curves() const;
+
+  private:
+    std::deque<viewport::RealTimeErrors> m_errors;
+};
+
+// Returns where a value lies on a logarithmic axis, 0 to 1 from `from` to `to`; values beyond are put on its
+// ends.
+float OnLogAxis(float value, float from, float to);
 
 // Returns the seconds until the error, which falls with the square root of the number of samples, reaches
 // `target`; 0 if it has.

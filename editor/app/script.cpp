@@ -30,8 +30,8 @@ std::string TextOf(const std::filesystem::path& file) {
 // Returns whether the view has `wanted` samples, or as many as it can have.
 bool HasSamples(const viewport::Viewport& view, uint32_t wanted) {
     const viewport::ViewportProgress progress = view.Progress();
-    const viewport::View shown = view.Show().view;
-    return (!ShowsPathTraced(shown) || progress.pathTracedSamples >= wanted) &&
+    const viewport::ShowSettings& shown = view.Show();
+    return (!ShowsPathTraced(shown.view) || progress.pathTracedSamples >= wanted) &&
            (!ShowsRaster(shown) ||
             (progress.rasterSamples > 0 &&
              (progress.rasterSamples >= wanted || progress.rasterSamples == progress.rasterSamplesWanted)));
@@ -188,6 +188,12 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        editor.Work().view.SetView(command.view);
                        frame();
                    },
+                   [&](const CompareWith& command) {
+                       viewport::ShowSettings show = editor.Work().view.Show();
+                       show.compared = command.compared;
+                       editor.Work().view.SetShow(show);
+                       frame();
+                   },
                    [&](const ShowVariant& command) {
                        Workspace& work = editor.Work();
                        const scene::SceneData& scene = work.document.Scene();
@@ -324,10 +330,15 @@ MouseButton ButtonOf(const std::string& word) {
     Reject("there is no mouse button {}", Quoted(word));
 }
 
+template <typename Choice>
+Choice ChoiceOf(const std::string& name, const char* what) {
+    for (const Choice choice : Values<Choice>())
+        if (name == Name(choice)) return choice;
+    Reject("there is no {} {}", what, Quoted(name));
+}
+
 viewport::View ViewOf(const std::string& name) {
-    for (const viewport::View view : Values<viewport::View>())
-        if (name == Name(view)) return view;
-    Reject("there is no view {}", Quoted(name));
+    return ChoiceOf<viewport::View>(name, "view");
 }
 
 // Parses a key with modifiers: "ctrl+shift+z".
@@ -383,6 +394,8 @@ class LineReader {
         if (verb == "config") return UseConfigFolder{Rest(1)};
         if (verb == "scene") return SaveSceneFile{Rest(1)};
         if (verb == "view") return ShowView{ViewOf(Rest(1))};
+        if (verb == "compare")
+            return CompareWith{ChoiceOf<viewport::Compared>(Word(1), "picture to compare")};
         if (verb == "variant") return ShowVariant{Rest(1)};
         if (verb == "play") return PlayFor{Number(Word(1), 0.0f, 600.0f)};
         if (verb == "time") return ShowTime{Number(Word(1), 0.0f, 1e6f)};

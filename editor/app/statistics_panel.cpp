@@ -109,15 +109,19 @@ void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, flo
                  Text("{:.1f} ms", double{top}).c_str());
 }
 
+void LegendRow(size_t color, const std::string& text) {
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const float side = ImGui::GetTextLineHeight();
+    ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + 3.0f}, {at.x + side - 6.0f, at.y + side - 3.0f},
+                                              kColors[std::min(color, kColored)]);
+    ImGui::Dummy({side, side});
+    ImGui::SameLine();
+    ImGui::TextUnformatted(text.c_str());
+}
+
 void Legend(const std::vector<FrameHistory::Pass>& passes) {
     for (size_t i = 0; i < passes.size(); ++i) {
-        const ImVec2 at = ImGui::GetCursorScreenPos();
-        const float side = ImGui::GetTextLineHeight();
-        ImGui::GetWindowDrawList()->AddRectFilled(
-            {at.x, at.y + 3.0f}, {at.x + side - 6.0f, at.y + side - 3.0f}, kColors[std::min(i, kColored)]);
-        ImGui::Dummy({side, side});
-        ImGui::SameLine();
-        ImGui::Text("%8.3f ms", double{passes[i].ms.back()});
+        LegendRow(i, Text("{:8.3f} ms", passes[i].ms.back()));
         ImGui::SameLine();
         ImGui::TextDisabled("%s", passes[i].name.c_str());
     }
@@ -145,6 +149,42 @@ void Times(const Workspace& work) {
     Legend(passes);
 }
 
+// Plots the errors of the real-time view over the last measurements, on a logarithmic axis.
+void RealTimeErrorChart(const RealTimeErrorHistory& history) {
+    constexpr float kLeast = 1e-6f, kMost = 10.0f, kHeight = 84.0f;
+    constexpr int kDecades = 7;
+    const std::vector<RealTimeErrorHistory::Curve> curves = history.Curves();
+    if (curves.empty()) {
+        ImGui::TextDisabled("errors: once the reference has a sample");
+        return;
+    }
+    const ImVec2 size{ImGui::GetContentRegionAvail().x, kHeight}, from = ImGui::GetCursorScreenPos();
+    ImGui::Dummy(size);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(from, {from.x + size.x, from.y + size.y}, IM_COL32(22, 22, 24, 255));
+    for (int decade = 1; decade < kDecades; ++decade) {
+        const float y = from.y + size.y * static_cast<float>(decade) / static_cast<float>(kDecades);
+        list.AddLine({from.x, y}, {from.x + size.x, y}, IM_COL32(48, 48, 52, 255));
+    }
+    const float step = size.x / static_cast<float>(RealTimeErrorHistory::kLength - 1);
+    for (size_t i = 0; i < curves.size(); ++i) {
+        const std::vector<std::optional<float>>& values = curves[i].values;
+        std::optional<ImVec2> last;
+        for (size_t k = 0; k < values.size(); ++k) {
+            std::optional<ImVec2> point;
+            if (values[k])
+                point = ImVec2{from.x + size.x - step * static_cast<float>(values.size() - 1 - k),
+                               from.y + size.y * (1.0f - OnLogAxis(*values[k], kLeast, kMost))};
+            if (point && last) list.AddLine(*last, *point, kColors[i], 1.5f);
+            last = point;
+        }
+    }
+    const ImU32 text = IM_COL32(190, 190, 196, 255);
+    list.AddText({from.x + 4.0f, from.y + 2.0f}, text, "10");
+    list.AddText({from.x + 4.0f, from.y + size.y - ImGui::GetTextLineHeight() - 2.0f}, text, "1e-6");
+    for (size_t i = 0; i < curves.size(); ++i) LegendRow(i, curves[i].text);
+}
+
 }  // namespace
 
 void StatisticsPanel(Workspace& work) {
@@ -158,6 +198,7 @@ void StatisticsPanel(Workspace& work) {
         ImGui::SameLine();
         ImGui::BeginChild("times");
     }
+    if (viewport::ComparesRealTime(work.view.Show())) RealTimeErrorChart(work.realTimeErrors);
     Times(work);
     if (isWide) ImGui::EndChild();
 }

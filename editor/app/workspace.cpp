@@ -107,10 +107,27 @@ void Workspace::Observe() {
         estimate = m_errorRequest->Result();
         m_errorRequest.reset();
     }
+    ObserveRealTime(now);
     // An estimate costs little, but not nothing
     if (!panels.statistics || m_errorRequest || now - m_errorRequestTime < 0.5) return;
     m_errorRequest = view.RequestNoise();
     m_errorRequestTime = now;
+}
+
+void Workspace::ObserveRealTime(double now) {
+    // FLIP takes longer than the frame itself on some devices
+    const double period = std::max(0.1, 4.0 * 1e-3 * view.LastFrameMs());
+    if (!panels.statistics || !viewport::ComparesRealTime(view.Show())) {
+        realTimeErrors = {};
+        return;
+    }
+    if (m_realTimeRequest && m_realTimeRequest->IsReady()) {
+        realTimeErrors.Add(m_realTimeRequest->Result());
+        m_realTimeRequest.reset();
+    }
+    if (m_realTimeRequest || now - m_realTimeRequestTime < period) return;
+    m_realTimeRequest = view.RequestRealTimeErrors();
+    m_realTimeRequestTime = now;
 }
 
 void Workspace::Take(const Settings& settings) {
@@ -132,6 +149,7 @@ Settings Workspace::SettingsToSave() const {
     // The user cannot set the other fields here
     const viewport::ShowSettings& show = view.Show();
     settings.show.view = show.view;
+    settings.show.compared = show.compared;
     settings.show.wipePosition = show.wipePosition;
     settings.show.tonemap = show.tonemap;
     settings.show.maxError = show.maxError;

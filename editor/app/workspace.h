@@ -144,16 +144,18 @@ class Workspace {
     FrameHistory history;
     SampleRate sampleRate;
     viewport::NoiseEstimate estimate;
-    bool hasDrawn = false;       // a frame was drawn, so that there is a plan
-    double uiMs = 0.0;           // host time of the last frame's panels
-    float targetPercent = 1.0f;  // target error of the picture, in percent
-    bool showsCulled = true;     // culled passes are shown in the plan
+    RealTimeErrorHistory realTimeErrors;  // measured while the statistics are shown beside a comparison
+    bool hasDrawn = false;                // a frame was drawn, so that there is a plan
+    double uiMs = 0.0;                    // host time of the last frame's panels
+    float targetPercent = 1.0f;           // target error of the picture, in percent
+    bool showsCulled = true;              // culled passes are shown in the plan
     Panels panels;
     std::vector<std::filesystem::path> recent;  // opened or saved, newest first
     std::string message;                        // newest message, one line
 
   private:
     void AddRecentFile(const std::filesystem::path& file);
+    void ObserveRealTime(double now);
     float Aspect() const;  // returns the aspect ratio of the picture
     void SetCameraView(const scene::CameraView& place);
 
@@ -176,8 +178,10 @@ class Workspace {
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::NoiseRequest> m_errorRequest;
     double m_errorRequestTime = 0.0;  // time of the last request, in seconds
-    std::string m_refusedEdit;        // why the last edit was refused; "": it was not
-    std::string m_refusedPose;        // why the last pose was refused; "": it was not
+    std::optional<viewport::RealTimeErrorsRequest> m_realTimeRequest;
+    double m_realTimeRequestTime = 0.0;
+    std::string m_refusedEdit;  // why the last edit was refused; "": it was not
+    std::string m_refusedPose;  // why the last pose was refused; "": it was not
     struct ChosenCamera {
         uint32_t camera = 0;
         scene::CameraView view;

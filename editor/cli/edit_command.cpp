@@ -30,6 +30,7 @@ void EditCommand(const EditArguments& arguments, Console& console) {
                        .light = settings.light,
                        .view = view ? std::optional(view->view) : std::nullopt,
                        .surface = view ? view->surface : std::nullopt,
+                       .compared = view ? std::optional(view->compared) : std::nullopt,
                        .pointsAndLines = arguments.pointsAndLines,
                        .script = arguments.script,
                        .shaders = arguments.shaders,

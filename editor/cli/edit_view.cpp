@@ -22,10 +22,14 @@ std::string WordOf(std::string_view name) {
 std::vector<std::pair<std::string, EditView>> Views() {
     std::vector<std::pair<std::string, EditView>> views;
     for (const viewport::View view : Values<viewport::View>())
-        if (view != viewport::View::Surface) views.emplace_back(WordOf(Name(view)), EditView{view, {}});
+        if (view != viewport::View::Surface) views.emplace_back(WordOf(Name(view)), EditView{.view = view});
+    for (const viewport::View view : Values<viewport::View>())
+        if (viewport::IsComparison(view))
+            views.emplace_back("real-time-" + WordOf(Name(view)),
+                               EditView{.view = view, .compared = viewport::Compared::RealTime});
     for (const passes::View view : Values<passes::View>())
         if (!passes::ShowsLight(view))
-            views.emplace_back(Name(view), EditView{viewport::View::Surface, view});
+            views.emplace_back(Name(view), EditView{.view = viewport::View::Surface, .surface = view});
     return views;
 }
 

@@ -13,11 +13,12 @@ namespace raygraph::cli {
 struct EditView {
     viewport::View view = viewport::View::PathTraced;
     std::optional<passes::View> surface;  // for viewport::View::Surface
+    viewport::Compared compared = viewport::Compared::Raster;
 
     bool operator==(const EditView&) const = default;
 };
 
-// Returns "path-traced", "side-by-side", "normals", ...
+// Returns "path-traced", "side-by-side", "real-time-side-by-side", "normals", ...
 std::vector<std::string> EditViewNames();
 // Throws Error{Usage} that lists the names.
 EditView ParseEditView(std::string_view text);

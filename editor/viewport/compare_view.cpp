@@ -30,7 +30,7 @@ CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings
                                     const Pictures& pictures) {
     Key key{.show = show,
             .pathTracedSamples = pictures.pathTracedSamples,
-            .rasterSamples = pictures.rasterSamples,
+            .otherVersion = pictures.otherVersion,
             .coarseness = pictures.coarseness,
             .resetCount = pictures.resetCount,
             .extent = renderer.Desc(pictures.pathTraced).extent};
@@ -45,9 +45,10 @@ CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings
 
 void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
     const Pending pending{.numbers = {.view = key.show.view,
+                                      .compared = key.show.compared,
                                       .numbers = {},
                                       .pathTracedSamples = key.pathTracedSamples,
-                                      .rasterSamples = key.rasterSamples},
+                                      .otherVersion = key.otherVersion},
                           .extent = key.extent,
                           .groups = renderer.ReadBack(passes::ReduceBlocks(renderer, map))};
     // Readbacks of a dropped frame never arrive
@@ -63,10 +64,10 @@ TextureId CompareView::DeclareMap(Renderer& renderer, const Key& key, const Pict
     if (!renderer.IsFresh(kept) && m_made == key) return kept;
     TextureId map;
     if (key.show.view == View::Flip) {
-        map = passes::Flip(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay,
+        map = passes::Flip(renderer, pictures.pathTracedDisplay, pictures.otherDisplay,
                            {.pixelsPerDegree = key.show.pixelsPerDegree});
     } else {
-        map = passes::RelativeError(renderer, pictures.pathTraced, pictures.raster);
+        map = passes::RelativeError(renderer, pictures.pathTraced, pictures.other);
     }
     Measure(renderer, key, map);
     return Keep(renderer, map, kept);
@@ -77,15 +78,15 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
         case View::PathTraced:
             return pictures.pathTracedDisplay;
         case View::Raster:
-            return pictures.rasterDisplay;
+            return pictures.otherDisplay;
         case View::Wipe:
-            return passes::Wipe(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay,
+            return passes::Wipe(renderer, pictures.pathTracedDisplay, pictures.otherDisplay,
                                 show.wipePosition);
         case View::SideBySide:
-            return passes::SideBySide(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay);
+            return passes::SideBySide(renderer, pictures.pathTracedDisplay, pictures.otherDisplay);
         case View::Difference: {
             const passes::DifferenceIds ids =
-                passes::Difference(renderer, pictures.pathTraced, pictures.raster);
+                passes::Difference(renderer, pictures.pathTraced, pictures.other);
             const Key key = KeyOf(renderer, show, pictures);
             if (!(m_made == key)) Measure(renderer, key, ids.luminance);
             return passes::Tonemap(renderer, ids.difference, show.tonemap);

@@ -13,11 +13,12 @@ class CompareView {
   public:
     explicit CompareView(std::string name) : m_name(std::move(name)) {}
 
-    // Holds the two pictures, of one extent, and their sample counts.
+    // Holds the two pictures, of one extent, and their states.
     struct Pictures {
-        TextureId pathTraced, raster;                // radiance, rgba32f
-        TextureId pathTracedDisplay, rasterDisplay;  // as shown, rgba8
-        uint32_t pathTracedSamples = 0, rasterSamples = 0;
+        TextureId pathTraced, other;                // radiance, rgba32f
+        TextureId pathTracedDisplay, otherDisplay;  // as shown, rgba8
+        uint32_t pathTracedSamples = 0;
+        uint32_t otherVersion = 0;  // samples of the raster view, or frames of the real-time one
         uint32_t coarseness = 0;
         uint64_t resetCount = 0;
     };
@@ -31,7 +32,7 @@ class CompareView {
     // Holds the inputs of a map.
     struct Key {
         ShowSettings show;
-        uint32_t pathTracedSamples = 0, rasterSamples = 0, coarseness = 0;
+        uint32_t pathTracedSamples = 0, otherVersion = 0, coarseness = 0;
         uint64_t resetCount = 0;
         Extent2D extent;
         bool operator==(const Key&) const = default;

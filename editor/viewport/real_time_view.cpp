@@ -70,9 +70,9 @@ void RealTimeView::ChooseScale(Extent2D extent, double limitMs) {
 }
 
 RealTimeView::Ids RealTimeView::Declare(Renderer& renderer, const SceneIds& scene,
-                                        passes::TraceSettings settings, double limitMs) {
+                                        passes::TraceSettings settings, double limitMs, bool maySettle) {
     const Extent2D extent = settings.extent;
-    Ids ids{.isSettled = m_history.StillFrames() >= kSettledFrames};
+    Ids ids{.isSettled = maySettle && m_history.StillFrames() >= kSettledFrames};
     if (!ids.isSettled) ChooseScale(extent, limitMs);
     settings.extent = ExtentAt(extent, m_scale);
     ids.first = renderer.NextPass();
@@ -80,6 +80,8 @@ RealTimeView::Ids RealTimeView::Declare(Renderer& renderer, const SceneIds& scen
         ids.picture = passes::LastRealTime(renderer, m_history, settings.extent);
     } else {
         settings.sampleIndex = m_sampleIndex;
+        // The reference has other samples: errors that both had would look like none
+        settings.seed ^= 0x9e3779b9u;
         ids.pixels = PixelsAt(extent, m_scale);
         const TextureId sample = passes::Trace(renderer, scene, settings).radiance;
         ids.picture = passes::RealTime(renderer, scene, settings, sample, m_history);

@@ -24,7 +24,11 @@ class RealTimeView {
         uint64_t pixels = 0;
     };
     // Declares a frame. With a limit (milliseconds, 0: none), samples have the resolution that fits it.
-    Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings, double limitMs);
+    // Without `maySettle` it is filtered however long nothing has changed.
+    Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings, double limitMs,
+                bool maySettle = true);
+    // Returns how many frames have been filtered.
+    uint32_t FrameCount() const { return m_sampleIndex; }
     // Says that something has changed since the last frame.
     void NoteChange(passes::ResetCause cause);
     // Records the time that a frame took for so many pixels.

@@ -6,12 +6,20 @@ bool ShowsPathTraced(View view) {
     return view != View::Raster && view != View::Surface;
 }
 
-bool ShowsRaster(View view) {
-    return view != View::PathTraced && view != View::Surface && view != View::RealTime;
+bool IsComparison(View view) {
+    return view == View::Wipe || view == View::SideBySide || IsMeasured(view);
 }
 
 bool IsMeasured(View view) {
     return view == View::Difference || view == View::RelativeError || view == View::Flip;
+}
+
+bool ShowsRaster(const ShowSettings& show) {
+    return show.view == View::Raster || (IsComparison(show.view) && show.compared == Compared::Raster);
+}
+
+bool ComparesRealTime(const ShowSettings& show) {
+    return IsComparison(show.view) && show.compared == Compared::RealTime;
 }
 
 }  // namespace raygraph::viewport

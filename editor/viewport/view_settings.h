@@ -13,11 +13,13 @@
 namespace raygraph::viewport {
 
 //   PathTraced, Raster
-//   Wipe:          path-traced left of a line, raster right of it
+// Views that compare the path-traced picture with another one, ShowSettings::compared:
+//   Wipe:          path-traced left of a line, the other right of it
 //   SideBySide:    both at half the size
-//   Difference:    |raster - path-traced| of the radiance, exposed and tone-mapped
-//   RelativeError: of the raster view's luminance against the path-traced one, as colors
+//   Difference:    |other - path-traced| of the radiance, exposed and tone-mapped
+//   RelativeError: of the other's luminance against the path-traced one, as colors
 //   Flip:          what a person sees who switches between the two, as colors (passes/flip.h)
+// Others:
 //   RealTime:      path-traced, without most of the noise while something moves; then it becomes PathTraced
 //   Surface:       a property of what is seen, or what it costs: ShowSettings::surface
 #define RAYGRAPH_VIEWPORT_VIEWS(X, Of)            \
@@ -33,13 +35,23 @@ namespace raygraph::viewport {
 RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
 inline constexpr auto kViewCount = static_cast<uint32_t>(Texts(View{}).size());
 RAYGRAPH_API bool ShowsPathTraced(View view);
-RAYGRAPH_API bool ShowsRaster(View view);
+RAYGRAPH_API bool IsComparison(View view);
 // Returns whether the view has statistics (Viewport::Numbers).
 RAYGRAPH_API bool IsMeasured(View view);
+
+// Names what is compared with the path-traced picture.
+//   Raster:   the raster view
+//   RealTime: the filtered picture of the real-time view. It is filtered on in every frame, and never blended
+//             with the path-traced picture, which would hide its error
+#define RAYGRAPH_VIEWPORT_COMPARED(X, Of) \
+    X(Of, Raster, 0, "raster", "")        \
+    X(Of, RealTime, 1, "real-time", "")
+RAYGRAPH_CHOICE(Compared, RAYGRAPH_VIEWPORT_COMPARED)
 
 // Tells how the picture is shown. No setting here ever restarts accumulation.
 struct ShowSettings {
     View view = View::PathTraced;
+    Compared compared = Compared::Raster;
     float wipePosition = 0.5f;          // fraction of the width that is path-traced; clamped to [0, 1]
     passes::TonemapSettings tonemap{};  // the picture is opaque, whatever they say
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
@@ -48,6 +60,9 @@ struct ShowSettings {
 
     bool operator==(const ShowSettings&) const = default;
 };
+
+RAYGRAPH_API bool ShowsRaster(const ShowSettings& show);
+RAYGRAPH_API bool ComparesRealTime(const ShowSettings& show);
 
 // Styles the outline of the selection (Viewport::DeclareOutline).
 struct OutlineSettings {

@@ -21,7 +21,8 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       rasterDisplay(desc.name + ".raster.display"),
       realTimeDisplay(desc.name + ".real-time.display"),
       compare(desc.name),
-      outline(desc.name + ".outline") {}
+      outline(desc.name + ".outline"),
+      realTimeErrors(desc.name + ".real-time.errors") {}
 
 Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc)
     : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
@@ -37,6 +38,7 @@ Viewport::~Viewport() {
     m_impl->rasterDisplay.Release(m_impl->renderer);
     m_impl->compare.Release(m_impl->renderer);
     m_impl->outline.Release(m_impl->renderer);
+    m_impl->realTimeErrors.Release(m_impl->renderer);
 }
 
 void Viewport::SetSize(Extent2D size) {
@@ -129,11 +131,11 @@ TextureId Viewport::DeclareOutline(TextureId picture) {
 }
 
 TextureId Viewport::DeclareLastPicture() {
-    if (m_impl->ShownView() == View::RealTime)
+    const ShowSettings shown = m_impl->ShownAs();
+    if (shown.view == View::RealTime || ComparesRealTime(shown))
         if (const TextureId kept = m_impl->realTimeDisplay.DeclareLast(m_impl->renderer); kept.IsValid())
             return kept;
-    const CachedDisplay& first =
-        ShowsRaster(m_impl->ShownView()) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
+    const CachedDisplay& first = ShowsRaster(shown) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
     const TextureId kept = first.DeclareLast(m_impl->renderer);
     if (kept.IsValid()) return kept;
     const CachedDisplay& other =
@@ -182,6 +184,10 @@ NoiseRequest Viewport::RequestNoise() {
     return m_impl->errors.Request();
 }
 
+RealTimeErrorsRequest Viewport::RequestRealTimeErrors() {
+    return m_impl->realTimeErrors.Request();
+}
+
 ViewportProgress Viewport::Progress() const {
     const passes::Accumulation::Progress& progress = m_impl->pathTraced.Samples().Submitted();
     const Extent2D size = m_impl->size;
@@ -222,6 +228,7 @@ void Viewport::Impl::Restart(ResetCause cause) {
     pathTraced.Reset(cause);
     raster.Reset(cause);
     realTime.NoteChange(cause);
+    realTimeErrors.NoteChange();
     changedAt = Clock::now();
 }
 
@@ -283,7 +290,7 @@ void Viewport::Impl::UpdateBudgets() {
     for (const PassTiming& pass : timing.passes) lastFrameMs += pass.gpuMs;
     if (timed.rasterPixels > 0)
         budget.AddRasterTiming(timed.rasterPixels, between(timed.firstDrawing, timed.endDrawing));
-    realTime.AddTiming(timed.realTimePixels, between(timed.firstFiltered, timed.endFiltered));
+    realTime.AddTiming(timed.realTime.pixels, between(timed.realTime.first, timed.realTime.end));
     double tracing = 0.0;
     for (const PathTracedView::Tile& tile : timed.tiles) {
         const double ms = between(tile.first, tile.end);
@@ -299,10 +306,14 @@ bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) cons
            std::chrono::duration<double, std::milli>(Clock::now() - *time).count() < budgetSettings.settleMs;
 }
 
-View Viewport::Impl::ShownView() const {
+ShowSettings Viewport::Impl::ShownAs() const {
+    ShowSettings shown = show;
     const bool isReplaced = show.view == View::PathTraced &&
                             budgetSettings.whileMoving == MotionView::Raster && IsRecent(movedAt);
-    return isReplaced ? View::Raster : show.view;
+    if (isReplaced) shown.view = View::Raster;
+    shown.tonemap.isOpaque = true;  // a host may blend it over its window
+    shown.tonemap.isUnassociated = false;
+    return shown;
 }
 
 TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -320,10 +331,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const passes::TraceSettings settings = passes::FrameSettings(size, camera, lens, paths);
     declaredScene = ids;
     declaredSettings = settings;
-    ShowSettings shownAs = show;
-    shownAs.view = ShownView();
-    shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
-    shownAs.tonemap.isUnassociated = false;
+    ShowSettings shownAs = ShownAs();
     if (shownAs.view == View::RealTime) {
         if (const TextureId shown = DeclareRealTime(ids, settings, shownAs.tonemap); shown.IsValid())
             return shown;
@@ -347,9 +355,9 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
 
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
     CompareView::Pictures pictures{.pathTraced = traced.radiance,
-                                   .raster = drawn.radiance,
+                                   .other = drawn.radiance,
                                    .pathTracedSamples = tracedSamples.Declared().sampleCount,
-                                   .rasterSamples = drawnSamples.Declared().sampleCount,
+                                   .otherVersion = drawnSamples.Declared().sampleCount,
                                    .coarseness = pathTraced.Coarseness(),
                                    .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
     pictures.pathTracedDisplay = traced.isHeld
@@ -370,25 +378,39 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const bool isDrawn = isRedrawn || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
     if (isRedrawn) drawnTiles.push_back(passes::WholeOf(size));
-    pictures.rasterDisplay = rasterDisplay.Declare(renderer,
-                                                   {.mean = drawn.samples.mean,
-                                                    .before = drawnSamples.Submitted(),
-                                                    .after = drawnSamples.Declared(),
-                                                    .tiles = std::move(drawnTiles),
-                                                    .resetCount = drawnSamples.ResetCount(),
-                                                    .base = drawn.base,
-                                                    .baseScale = drawn.baseScale},
-                                                   shownAs.tonemap);
+    pictures.otherDisplay = rasterDisplay.Declare(renderer,
+                                                  {.mean = drawn.samples.mean,
+                                                   .before = drawnSamples.Submitted(),
+                                                   .after = drawnSamples.Declared(),
+                                                   .tiles = std::move(drawnTiles),
+                                                   .resetCount = drawnSamples.ResetCount(),
+                                                   .base = drawn.base,
+                                                   .baseScale = drawn.baseScale},
+                                                  shownAs.tonemap);
+    TimedFrame timed{
+        .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
+    if (ComparesRealTime(shownAs)) {
+        timed.realTime = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs, false);
+        pictures.other = timed.realTime.picture;
+        pictures.otherDisplay = DisplayRealTime(pictures.other, shownAs.tonemap);
+        pictures.otherVersion = realTime.FrameCount();
+        realTimeErrors.Declare(
+            renderer, {.picture = pictures.other,
+                       .display = pictures.otherDisplay,
+                       .samples = traced.samples,
+                       .progress = tracedSamples.Declared(),
+                       .referenceDisplay = pictures.pathTracedDisplay,
+                       .pixelsPerDegree = shownAs.pixelsPerDegree,
+                       .seconds = std::chrono::duration<double>(Clock::now().time_since_epoch()).count()});
+    }
     const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
                                                           : compare.Declare(renderer, shownAs, pictures);
 
     std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
     if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.samples, tracedSamples.Declared()};
-    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.samples, drawnSamples.Declared()};
+    if (ShowsRaster(shownAs)) rasterShown = {drawn.samples, drawnSamples.Declared()};
     AnswerRequests(ids, settings, pathTracedShown, rasterShown);
 
-    TimedFrame timed{
-        .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
     if (shownAs.view == View::Raster && isDrawn)
         timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
@@ -397,16 +419,23 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     return shown;
 }
 
+TextureId Viewport::Impl::DisplayRealTime(TextureId picture, const passes::TonemapSettings& tonemap) {
+    return realTimeDisplay.Declare(renderer,
+                                   {.mean = picture,
+                                    .before = {},
+                                    .after = {.sampleCount = 1, .cursor = {}},
+                                    .tiles = {},
+                                    .resetCount = renderer.FrameNumber()},
+                                   tonemap);
+}
+
 TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
                                           const passes::TonemapSettings& tonemap) {
     const RealTimeView::Ids filtered = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs);
     if (budgetSettings.whilePreparing == PreparingView::Preview &&
         !renderer.PreparePipelines(filtered.first, filtered.end))
         return {};
-    TimedFrame timed{.frame = renderer.FrameNumber(),
-                     .realTimePixels = filtered.pixels,
-                     .firstFiltered = filtered.first,
-                     .endFiltered = filtered.end};
+    TimedFrame timed{.frame = renderer.FrameNumber(), .realTime = filtered};
     TextureId picture = filtered.picture;
     std::optional<PixelRequests::Shown> reference;
     const passes::Accumulation& samples = pathTraced.Samples();
@@ -417,13 +446,7 @@ TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::Tra
         timed.tiles = pathTraced.DeclaredTiles();
         reference = {accumulated, samples.Declared()};
     }
-    const TextureId shown = realTimeDisplay.Declare(renderer,
-                                                    {.mean = picture,
-                                                     .before = {},
-                                                     .after = {.sampleCount = 1, .cursor = {}},
-                                                     .tiles = {},
-                                                     .resetCount = renderer.FrameNumber()},
-                                                    tonemap);
+    const TextureId shown = DisplayRealTime(picture, tonemap);
     AnswerRequests(ids, settings, reference, {});
     isPreview = false;
     renderer.OnSubmitted([this, timed = std::move(timed)] { NoteTimed(timed); });

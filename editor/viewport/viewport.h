@@ -34,6 +34,7 @@
 #include "editor/viewport/capture.h"
 #include "editor/viewport/error_estimate.h"
 #include "editor/viewport/pixel_requests.h"
+#include "editor/viewport/real_time_errors.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/compare.h"
@@ -65,12 +66,13 @@ struct ViewportProgress {
     bool isPreview = false;
 };
 
-// Holds the difference between the raster and the path-traced picture, at these sample counts.
+// Holds the difference between the path-traced picture, of so many samples, and what it is compared with.
 struct CompareNumbers {
     View view = View::Flip;  // Difference (of the luminance), RelativeError or Flip
+    Compared compared = Compared::Raster;
     passes::MapStatistics numbers{};
     uint32_t pathTracedSamples = 0;
-    uint32_t rasterSamples = 0;
+    uint32_t otherVersion = 0;  // samples of the raster view, or frames of the real-time one
 };
 
 class RAYGRAPH_API Viewport {
@@ -137,6 +139,9 @@ class RAYGRAPH_API Viewport {
     Capture RequestCapture();
     // Requests the error of the path-traced view; answered once it is shown and every pixel has a sample.
     NoiseRequest RequestNoise();
+    // Requests the errors of the real-time view; answered once it is compared with the path-traced one and
+    // every pixel of that has a sample. A request makes one frame measure, and no others.
+    RealTimeErrorsRequest RequestRealTimeErrors();
 
     // --- What happened ---
     ViewportProgress Progress() const;

@@ -27,9 +27,11 @@ struct Viewport::Impl {
     void Restart(passes::ResetCause cause);
     // Updates the budget's estimates with the times of earlier frames.
     void UpdateBudgets();
-    // Returns the view of this frame, which is not the requested one while the camera moves.
-    View ShownView() const;
+    // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
+    ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
+    // Returns the display of a picture of the real-time view.
+    TextureId DisplayRealTime(TextureId picture, const passes::TonemapSettings& tonemap);
     // Returns an invalid id while pipelines are being made and no frame may wait for them.
     TextureId DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
                               const passes::TonemapSettings& tonemap);
@@ -55,8 +57,7 @@ struct Viewport::Impl {
         uint64_t rasterPixels = 0;                // 0: the raster view is not shown alone
         PassId firstDrawing, endDrawing;          // passes that draw these pixels
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
-        uint64_t realTimePixels = 0;              // 0: no frame of the real-time view was filtered
-        PassId firstFiltered, endFiltered;
+        RealTimeView::Ids realTime;               // pixels of 0: no frame of the real-time view was filtered
     };
     void NoteTimed(const TimedFrame& timed);
 
@@ -82,6 +83,7 @@ struct Viewport::Impl {
     PixelRequests requests;
     CaptureRequests captures;
     NoiseRequests errors;
+    RealTimeErrorRequests realTimeErrors;
     std::optional<DrawnInputs> drawnInputs;
     std::optional<Clock::time_point> movedAt;    // last change of the camera
     std::optional<Clock::time_point> changedAt;  // last change of anything

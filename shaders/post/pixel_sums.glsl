@@ -24,6 +24,12 @@ PixelSums SumsOf(ivec2 pixel) {
     return of;
 }
 
+// Returns the samples of a pixel: one more than `sampleCount` where tiles of the next one have reached it.
+uint SamplesAt(uvec2 pixel, uint sampleCount, uint doneRows, uint doneColumns, uint bandHeight) {
+    bool isAhead = pixel.y < doneRows || (pixel.y < doneRows + bandHeight && pixel.x < doneColumns);
+    return sampleCount + (isAhead ? 1u : 0u);
+}
+
 ExactSum SumOf(PixelSums pixel, int channel) {
     ExactSum sum;
     for (int k = 0; k < 4; ++k) sum.words[k] = pixel.sums[k][channel];

@@ -28,9 +28,8 @@ void main() {
     vec2 within = fract(0.5f + float(index) * vec2(0.7548776662f, 0.5698402910f));
     vec2 inRegion = (vec2(cell) + within) * vec2(constants.size) / vec2(constants.grid);
     uvec2 picked = constants.offset + min(uvec2(inRegion), constants.size - 1u);
-    bool isAhead = picked.y < constants.doneRows ||
-                   (picked.y < constants.doneRows + constants.bandHeight && picked.x < constants.doneColumns);
-    uint count = constants.sampleCount + (isAhead ? 1u : 0u);
+    uint count = SamplesAt(picked, constants.sampleCount, constants.doneRows, constants.doneColumns,
+                           constants.bandHeight);
     ivec2 pixel = ivec2(picked);
     vec4 mean = vec4(0.0f), variance = vec4(0.0f);
     if (count > 0u) {

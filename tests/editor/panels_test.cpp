@@ -3,6 +3,7 @@
 #include <imgui.h>
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -342,6 +343,42 @@ TEST(MemoryRows, SayWhatIsInTheHostsMemoryForWantOfTheDevices) {
 }  // namespace
 }  // namespace raygraph::editor::memory_rows_test
 
+namespace raygraph::editor::real_time_errors_test {
+
+TEST(RealTimeErrorHistory, SaysAgainstHowManySamplesAndWhatIsNotKnown) {
+    RealTimeErrorHistory history;
+    EXPECT_TRUE(history.Curves().empty());
+    history.Add({.referenceSamples = 1, .relativeSquaredError = 2.0, .flip = 0.5});
+    std::vector<RealTimeErrorHistory::Curve> curves = history.Curves();
+    ASSERT_EQ(curves.size(), 4u);
+    EXPECT_EQ(curves[0].text, "        2 relMSE against 1 sample");
+    EXPECT_EQ(curves[1].text, "        - of this, noise of the reference");
+    history.Add({.referenceSamples = 57,
+                 .relativeSquaredError = 0.0125,
+                 .referenceNoise = 0.004,
+                 .flip = 0.031,
+                 .flicker = 1.3e-5});
+    curves = history.Curves();
+    EXPECT_EQ(curves[0].text, "    0.013 relMSE against 57 samples");
+    EXPECT_EQ(curves[1].text, "    0.004 of this, noise of the reference");
+    EXPECT_EQ(curves[2].text, "    0.031 FLIP against 57 samples");
+    EXPECT_EQ(curves[3].text, "  1.3e-05 flicker of the last second");
+    EXPECT_EQ(curves[3].values, (std::vector<std::optional<float>>{std::nullopt, 1.3e-5f}));
+    EXPECT_EQ(curves[0].values, (std::vector<std::optional<float>>{2.0f, 0.0125f}));
+    for (size_t i = 0; i < RealTimeErrorHistory::kLength; ++i) history.Add({.referenceSamples = 9});
+    EXPECT_EQ(history.Curves()[0].values.size(), RealTimeErrorHistory::kLength);
+    EXPECT_EQ(history.Curves()[0].values.front(), 0.0f);
+}
+
+TEST(OnLogAxis, PutsDecadesAtEqualDistances) {
+    EXPECT_FLOAT_EQ(OnLogAxis(1e-3f, 1e-6f, 1.0f), 0.5f);
+    EXPECT_EQ(OnLogAxis(5.0f, 1e-6f, 1.0f), 1.0f);
+    for (const float low : {1e-7f, 0.0f, -1.0f, std::numeric_limits<float>::quiet_NaN()})
+        EXPECT_EQ(OnLogAxis(low, 1e-6f, 1.0f), 0.0f);
+}
+
+}  // namespace raygraph::editor::real_time_errors_test
+
 // Tests the editor's stored settings.
 namespace raygraph::editor::settings_test {
 
@@ -365,6 +402,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     for (const PanelName& panel : kPanels) settings.panels.*panel.isShown ^= true;
     settings.window = {1234, 777};
     settings.show.view = viewport::View::Wipe;
+    settings.show.compared = viewport::Compared::RealTime;
     settings.show.wipePosition = 0.3f;
     settings.show.tonemap.exposureEv = -1.5f;
     settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);

@@ -130,6 +130,18 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     EXPECT_GT(orange, 100u);
 }
 
+TEST_F(ScriptTest, ErrorsOfTheRealTimeViewAreMeasuredWhileTheStatisticsShowThem) {
+    const RealTimeErrorHistory& errors = editor.Work().realTimeErrors;
+    Play(OpenCornell() + "size 200x200\ncompare real-time\nview wipe\nsamples 2\n");
+    EXPECT_TRUE(errors.IsEmpty()) << "nobody looks";
+    Play("size 200x600\nkey T\nsamples 4\nframes 4\n");
+    EXPECT_FALSE(errors.IsEmpty());
+    Play("size 200x600\ncompare raster\n");
+    EXPECT_TRUE(errors.IsEmpty());
+    EXPECT_NE(Failure("compare nothing\n").find("there is no picture to compare \"nothing\""),
+              std::string::npos);
+}
+
 TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
     Play(OpenCornell());
     const glm::dvec3 eye = editor.Work().camera.View().eye;

@@ -124,6 +124,57 @@ TEST_F(Compare, NumbersOfAMap_AreItsMeanAndItsGreatest) {
     EXPECT_THROW(passes::StatisticsOf(groups, {64, 64}), Error);
 }
 
+// Two samples of 1 and 3 in each pixel, and a third of 5 in the upper row.
+TEST_F(Compare, RelativeSquaredError_TellsTheReferencesNoiseByTheSamplesOfEachPixel) {
+    constexpr Extent2D kExtent{2, 2};
+    passes::Accumulation samples("samples");
+    const auto run = [&](bool isNoise) {
+        samples.Reset(passes::ResetCause::Start);
+        return harness.Run([&](PassHarness& h) {
+            const auto sample = [&](const char* name, Extent2D extent, float value) {
+                return h.Texture(name, extent, Format::Rgba32Float, {value, value, value, 1});
+            };
+            static_cast<void>(passes::Accumulate(h.Graph(), sample("first", kExtent, 1.0f), samples, true));
+            static_cast<void>(passes::Accumulate(h.Graph(), sample("second", kExtent, 3.0f), samples, true));
+            const passes::AccumulatedIds ids = passes::AccumulateTile(
+                h.Graph(), sample("third", {2, 1}, 5.0f), kExtent, {0, 0, 2, 1}, samples, true);
+            const passes::SquaredErrorIds errors = passes::RelativeSquaredError(
+                h.Graph(), sample("test", kExtent, 2.5f), ids, samples.Declared());
+            return isNoise ? errors.noise : errors.error;
+        });
+    };
+    const Texels error = run(false), noise = run(true);
+    EXPECT_NEAR(error.At(1, 0)[0], 0.25f / 9.01f, 1e-6f);
+    EXPECT_NEAR(noise.At(1, 0)[0], 4.0f / 3.0f / 9.01f, 1e-6f);
+    EXPECT_NEAR(error.At(0, 1)[0], 0.25f / 4.01f, 1e-6f);
+    EXPECT_NEAR(noise.At(0, 1)[0], 2.0f / 2.0f / 4.01f, 1e-6f);
+    EXPECT_THROW(harness.Run([&](PassHarness& h) {
+        return passes::RelativeSquaredError(h.Graph(),
+                                            h.Texture("test", kExtent, Format::Rgba32Float, {1, 1, 1, 1}),
+                                            passes::StoredAccumulation(h.Graph(), samples, kExtent, true), {})
+            .error;
+    }),
+                 Error)
+        << "there is no sample";
+}
+
+TEST_F(Compare, Flicker_IsTheVarianceOverPicturesByTheirShares) {
+    const auto add = [&](float value, float weight) {
+        const Texels flicker = harness.Run([&](PassHarness& h) {
+            return passes::Flicker(
+                h.Graph(), h.Texture("picture", {3, 2}, Format::Rgba32Float, {value, value, value, 1}),
+                h.Graph().Persist("moments", {{3, 2}, Format::Rg32Float}), weight);
+        });
+        return flicker.At(2, 1)[0];
+    };
+    add(7.0f, 1.0f);
+    EXPECT_EQ(add(1.0f, 1.0f), 0.0f) << "it begins anew";
+    EXPECT_NEAR(add(3.0f, 0.5f), 1.0f / 4.01f, 1e-5f);
+    EXPECT_NEAR(add(2.0f, 1.0f / 3.0f), 2.0f / 3.0f / 4.01f, 1e-5f);
+    for (int i = 0; i < 40; ++i) add(2.0f, 0.5f);
+    EXPECT_NEAR(add(2.0f, 0.5f), 0.0f, 1e-5f) << "the first are forgotten";
+}
+
 TEST_F(Compare, Heat_IsLighterTheGreaterTheValue) {
     std::vector<float> values = Ramp(32, 0.0f, 1.0f / 31.0f);
     values.push_back(std::numeric_limits<float>::quiet_NaN());
@@ -173,7 +224,7 @@ TEST_F(Compare, Viewport_GivesTheNumbersOfWhatItShows) {
         ASSERT_TRUE(numbers.has_value());
         EXPECT_EQ(numbers->view, view);
         EXPECT_EQ(numbers->pathTracedSamples, viewed.Samples());
-        EXPECT_EQ(numbers->rasterSamples, viewed.viewport.Progress().rasterSamples);
+        EXPECT_EQ(numbers->otherVersion, viewed.viewport.Progress().rasterSamples);
         EXPECT_GE(numbers->numbers.maximum, numbers->numbers.mean);
         means[i++] = numbers->numbers.mean;
     }

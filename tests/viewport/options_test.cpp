@@ -78,6 +78,9 @@ const std::set<View> kDisplayed{View::PathTraced, View::Raster, View::Wipe,    V
                                 View::Difference, View::Flip,   View::RealTime};
 
 const ShowRow kShowRows[] = {
+    {"compared",
+     [](ShowSettings& s) { s.compared = viewport::Compared::RealTime; },
+     {View::Wipe, View::SideBySide, View::Difference, View::RelativeError, View::Flip}},
     {"wipe", [](ShowSettings& s) { s.wipePosition = 0.25f; }, {View::Wipe}},
     {"exposure", [](ShowSettings& s) { s.tonemap.exposureEv = -1.0f; }, kDisplayed},
     {"linear", [](ShowSettings& s) { s.tonemap.tonemapOperator = TonemapOperator::Linear; }, kDisplayed},
@@ -94,10 +97,10 @@ const ShowRow kShowRows[] = {
 };
 
 auto FieldsOf(ShowSettings& s) {
-    auto& [view, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
+    auto& [view, compared, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
     auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = tonemap;
-    return std::tie(view, wipePosition, exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance,
-                    surface, maxError, pixelsPerDegree);
+    return std::tie(view, compared, wipePosition, exposure, tonemapOperator, isOpaque, isUnassociated,
+                    whiteBalance, surface, maxError, pixelsPerDegree);
 }
 
 }  // namespace
@@ -153,7 +156,8 @@ TEST_F(ViewportOptions, EveryViewIsAnotherPictureAndSamplesWhatItShows) {
         const bool hasSample =
             viewport::ShowsPathTraced(view) && view != View::RealTime;  // not in its first frame
         EXPECT_EQ(viewed.Samples() - traced, hasSample ? 1u : 0u);
-        EXPECT_EQ(viewed.viewport.Progress().rasterSamples - drawn, viewport::ShowsRaster(view) ? 1u : 0u);
+        EXPECT_EQ(viewed.viewport.Progress().rasterSamples - drawn,
+                  viewport::ShowsRaster(Of(view)) ? 1u : 0u);
     }
     EXPECT_EQ(pictures.size(), EnumeratorCount<View>());
     EXPECT_EQ(viewed.AllResets(), 0u);

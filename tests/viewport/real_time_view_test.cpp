@@ -140,6 +140,108 @@ TEST_F(ViewportRealTime, AnySize_IsLegal) {
     }
 }
 
+class ViewportRealTimeErrors : public VulkanTest {
+  protected:
+    ViewportRealTimeErrors() { Show(View::Wipe, 0.5f); }
+    void Show(View view, float wipePosition) {
+        viewport::ShowSettings show;
+        show.view = view;
+        show.compared = viewport::Compared::RealTime;
+        show.wipePosition = wipePosition;
+        viewed.viewport.SetShow(show);
+    }
+    viewport::RealTimeErrors Measure() {
+        const viewport::RealTimeErrorsRequest request = viewed.viewport.RequestRealTimeErrors();
+        for (int i = 0; i < 100 && !request.IsTaken(); ++i) viewed.RenderFrames(1);
+        Device().WaitIdle();
+        return request.Result();
+    }
+    bool HasPass(const char* name) { return viewed.renderer.DescribePlan().find(name) != std::string::npos; }
+
+    ViewedScene viewed{Device()};
+};
+
+TEST_F(ViewportRealTimeErrors, Comparison_FiltersOnAndShowsBothPicturesAsTheyAre) {
+    for (const View view :
+         {View::Wipe, View::SideBySide, View::Difference, View::RelativeError, View::Flip}) {
+        SCOPED_TRACE(viewport::Name(view));
+        Show(view, 0.5f);
+        const uint32_t before = viewed.Samples();
+        viewed.RenderFrames(RealTimeView::kSettledFrames / 4);
+        EXPECT_EQ(viewed.Samples(), before + RealTimeView::kSettledFrames / 4);
+        EXPECT_TRUE(HasPass("TraceSurfaces"));
+        EXPECT_FALSE(HasPass("HandOver"));
+        EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 0u);
+    }
+    viewed.viewport.SetBudget({.maxSamples = viewed.Samples()});
+    Show(View::Wipe, 1.0f);
+    const Picture reference = viewed.Picture();
+    EXPECT_TRUE(HasPass("TraceSurfaces")) << "the picture is filtered however long nothing changes";
+    viewed.viewport.SetView(View::PathTraced);
+    EXPECT_EQ(viewed.Picture(), reference);
+    Show(View::Wipe, 0.0f);
+    const Picture filtered = viewed.Picture();
+    EXPECT_NE(filtered, reference);
+    EXPECT_LT(MeanDifference(filtered, reference), 16.0);
+}
+
+TEST_F(ViewportRealTimeErrors, Numbers_AreOfThePicturesThatAreCompared) {
+    Show(View::Flip, 0.5f);
+    viewed.RenderFrames(2);
+    Device().WaitIdle();
+    const std::optional<viewport::CompareNumbers> numbers = viewed.viewport.Numbers();
+    ASSERT_TRUE(numbers.has_value());
+    EXPECT_EQ(numbers->compared, viewport::Compared::RealTime);
+    EXPECT_EQ(numbers->pathTracedSamples, 2u);
+    EXPECT_GT(numbers->numbers.mean, 0.0);
+}
+
+TEST_F(ViewportRealTimeErrors, NothingIsMeasuredUnlessAskedFor) {
+    viewed.RenderFrames(2);
+    EXPECT_FALSE(HasPass("RelativeSquaredError") || HasPass("FlipColumns") || HasPass("Flicker"));
+    const viewport::RealTimeErrorsRequest request = viewed.viewport.RequestRealTimeErrors();
+    viewed.RenderFrames(1);
+    EXPECT_TRUE(HasPass("RelativeSquaredError") && HasPass("FlipColumns") && HasPass("Flicker"));
+    EXPECT_TRUE(request.IsTaken());
+    viewed.RenderFrames(1);
+    EXPECT_FALSE(HasPass("RelativeSquaredError"));
+    // Another comparison has no such errors
+    viewed.viewport.SetShow({.view = View::Wipe});
+    const viewport::RealTimeErrorsRequest other = viewed.viewport.RequestRealTimeErrors();
+    viewed.RenderFrames(2);
+    EXPECT_FALSE(other.IsTaken());
+}
+
+TEST_F(ViewportRealTimeErrors, ErrorFallsWithTheSamplesOfTheReferenceToThatOfTheFilter) {
+    const viewport::RealTimeErrors first = Measure();
+    EXPECT_EQ(first.referenceSamples, 1u);
+    EXPECT_FALSE(first.referenceNoise.has_value());
+    const viewport::RealTimeErrors second = Measure();
+    ASSERT_TRUE(second.referenceNoise.has_value());
+    viewed.viewport.SetBudget({.samplesPerFrame = 64});
+    viewed.RenderFrames(32);
+    const viewport::RealTimeErrors last = Measure();
+    EXPECT_EQ(last.referenceSamples, viewed.Samples());
+    ASSERT_TRUE(last.referenceNoise.has_value());
+    EXPECT_LT(*last.referenceNoise, *second.referenceNoise / 16.0);
+    EXPECT_LT(*last.referenceNoise, last.relativeSquaredError);
+    EXPECT_LT(last.relativeSquaredError, first.relativeSquaredError / 4.0);
+    EXPECT_GT(last.flip, 0.0);
+    EXPECT_LT(last.flip, first.flip);
+}
+
+TEST_F(ViewportRealTimeErrors, FlickerIsOfFramesWithoutAChange) {
+    EXPECT_FALSE(Measure().flicker.has_value());
+    const std::optional<double> still = Measure().flicker;
+    ASSERT_TRUE(still.has_value());
+    EXPECT_GT(*still, 0.0);
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.1;
+    viewed.viewport.SetCamera(camera);
+    EXPECT_FALSE(Measure().flicker.has_value());
+    EXPECT_TRUE(Measure().flicker.has_value());
+}
+
 TEST_F(ViewportRealTime, ScalesWithTheTimeOfItsFrames) {
     RealTimeView view("scaled");
     const auto declare = [&](double limitMs) {
