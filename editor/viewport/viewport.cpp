@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
+#include "passes/overlay.h"
 #include "passes/trace.h"
 
 namespace raygraph::viewport {
@@ -391,8 +392,9 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
     if (ComparesRealTime(shownAs)) {
         timed.realTime = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs, false);
-        pictures.other = timed.realTime.picture;
-        pictures.otherDisplay = DisplayRealTime(pictures.other, shownAs.tonemap);
+        // Errors are computed from floats
+        pictures.other = passes::Upscale(renderer, timed.realTime.picture, size);
+        pictures.otherDisplay = DisplayRealTime(timed.realTime.picture, shownAs.tonemap);
         pictures.otherVersion = realTime.FrameCount();
         realTimeErrors.Declare(
             renderer, {.picture = pictures.other,
