@@ -76,7 +76,7 @@ TextureId UploadCounts(Renderer& renderer, std::span<const uint32_t> counts, Ext
 
 TextureId UploadTexels(Renderer& renderer, std::span<const std::byte> texels, TextureId target) {
     const Extent2D extent = renderer.Desc(target).extent;
-    if (texels.size() != size_t{4} * extent.width * extent.height)
+    if (texels.size() != size_t{rhi::TexelBytes(renderer.Desc(target).format)} * extent.width * extent.height)
         throw MakeError(ErrorKind::Usage, "UploadTexels: {} bytes for a texture of {}x{}", texels.size(),
                         extent.width, extent.height);
     const BufferId staging = Staged(renderer, "texels.staging", texels.size());

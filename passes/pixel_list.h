@@ -48,7 +48,7 @@ class RAYGRAPH_API PixelList {
 // Returns a count for each pixel, as an r32ui texture of the open frame.
 [[nodiscard]] RAYGRAPH_API TextureId UploadCounts(Renderer& renderer, std::span<const uint32_t> counts,
                                                   Extent2D picture);
-// Fills a texture of four bytes a texel, rows from the top, even if nothing in the frame reads it.
+// Fills a texture, rows from the top, even if nothing in the frame reads it.
 RAYGRAPH_API TextureId UploadTexels(Renderer& renderer, std::span<const std::byte> texels, TextureId target);
 
 }  // namespace raygraph::passes

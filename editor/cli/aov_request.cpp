@@ -19,6 +19,9 @@ namespace {
 std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (CanHave(aov, settings)) return {};
     if (aov == Aov::Motion) return "it is from when --shutter opens to when it closes, and there is none";
+    if (aov == Aov::Denoising)
+        return settings.isAdaptive ? "an adaptive picture has different numbers of samples in its pixels"
+                                   : "only path-traced pictures are denoised";
     if (settings.view != View::PathTraced) return "only path-traced pictures have light to tell apart";
     const auto bias =
         static_cast<Bias>(static_cast<size_t>(aov) - static_cast<size_t>(AovOf(kBiases.front())));
@@ -46,7 +49,9 @@ AovSet AovsFor(const AovRequest& request, const PictureSettings& settings) {
         const std::string whyNot = WhyNot(aov, settings);
         if (!whyNot.empty() && request.named.Has(aov))
             throw MakeError(ErrorKind::Usage, "--aov {}: {}", Name(aov), whyNot);
-        if (whyNot.empty() && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
+        // It repeats what other channels say, and takes camera rays of its own
+        const bool isInAll = request.isAll && aov != Aov::Denoising;
+        if (whyNot.empty() && (isInAll || request.named.Has(aov))) aovs.Set(aov);
     }
     return aovs;
 }

@@ -115,6 +115,22 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
     return merge;
 }
 
+CLI::App* AddDenoise(CLI::App& app, DenoiseArguments& arguments) {
+    CLI::App* denoise = app.add_subcommand("denoise", "Take noise out of a stored render, without its scene");
+    AddOption(*denoise, "FILE.exr", "", "Render: an .exr of `raygraph render --aov denoising`",
+              [&](const std::string& text) { arguments.input = text; })
+        ->required();
+    AddOutputs(*denoise,
+               "Output file: .png (tone-mapped) or .exr (the render, and the denoised picture as denoised.R, "
+               "denoised.G and denoised.B; required). May be given several times",
+               arguments.outputs);
+    AddDisplay(*denoise, "K", "", arguments);
+    AddDevice(*denoise, arguments.device);
+    AddValidate(*denoise, arguments.isValidating);
+    AddOutput(*denoise, arguments);
+    return denoise;
+}
+
 CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     CLI::App* edit = app.add_subcommand("edit", "View and edit a scene in a window, path-traced or drawn");
     AddScene(*edit, arguments.scene);
@@ -165,6 +181,16 @@ void CheckMerge(const MergeArguments& arguments) {
     if (arguments.output.empty()) Reject("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
         Reject(Text("-o: \"{}\" does not end in .exr", arguments.output));
+}
+
+void CheckDenoise(const DenoiseArguments& arguments) {
+    if (arguments.outputs.empty()) Reject("denoise needs -o OUT.exr or -o OUT.png");
+    for (const OutputFile& output : arguments.outputs)
+        if (output.kind == OutputKind::Hdr)
+            Reject(Text("-o: \"{}\": denoise writes .png and .exr", output.path));
+    CheckDisplay(arguments, arguments.outputs);
+    if (arguments.whitePoint && !arguments.whitePoint->kelvin)
+        Reject("--white-point auto: denoise reads no scene, whose light it would be; give kelvin");
 }
 
 void CheckInfo(const InfoArguments& arguments) {
@@ -270,12 +296,14 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     InfoArguments infoArguments;
     GraphArguments graphArguments;
     MergeArguments mergeArguments;
+    DenoiseArguments denoiseArguments;
     EditArguments editArguments;
     const CLI::App* render = AddRender(app, renderArguments);
     const CLI::App* bench = AddBench(app, benchArguments);
     const CLI::App* info = AddInfo(app, infoArguments);
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
+    const CLI::App* denoise = AddDenoise(app, denoiseArguments);
     const CLI::App* edit = AddEdit(app, editArguments);
     Shell shell{};
     const CLI::App* completion = AddCompletion(app, shell);
@@ -315,12 +343,18 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return infoArguments;
     }
     if (*graph) return graphArguments;
+    if (*denoise) {
+        CheckDenoise(denoiseArguments);
+        return denoiseArguments;
+    }
     if (*edit) {
         CheckEdit(editArguments);
         return editArguments;
     }
     if (!*merge)
-        Reject("a command is needed: render, edit, bench, info, graph or merge (see raygraph --help)");
+        Reject(
+            "a command is needed: render, edit, bench, info, graph, merge or denoise (see raygraph "
+            "--help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

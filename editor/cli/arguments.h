@@ -27,7 +27,14 @@ struct WhitePoint {
     std::optional<double> kelvin;  // none: the color of the scene's light
 };
 
-struct RenderArguments : OutputArguments {
+// Says how a .png shows the picture.
+struct DisplayArguments {
+    std::optional<float> exposureEv;
+    std::optional<TonemapOperator> tonemap;
+    std::optional<WhitePoint> whitePoint;  // none: the white point of the display
+};
+
+struct RenderArguments : OutputArguments, DisplayArguments {
     static constexpr uint32_t kDefaultSamples = 64;
 
     std::filesystem::path scene;
@@ -43,9 +50,6 @@ struct RenderArguments : OutputArguments {
         frames;  // renders a picture per frame; outputs and report are name patterns then
     std::vector<std::string> cameras;  // a picture per camera, if there are several; `given` has the first
     std::optional<Shard> shard;        // samples, sampleOffset, frames and names are already the shard's
-    std::optional<float> exposureEv;
-    std::optional<TonemapOperator> tonemap;
-    std::optional<WhitePoint> whitePoint;  // none: the white point of the display
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     bool isDenoised = false;
@@ -65,7 +69,7 @@ std::string NothingToRenderReason(const RenderArguments& arguments);
 
 // Returns how a .png shows the picture, with defaults for what is not given. Its white point is not set if it
 // depends on the scene (see DisplayFor).
-passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
+passes::TonemapSettings DisplayOf(const DisplayArguments& arguments);
 
 struct BenchArguments : OutputArguments {
     static constexpr double kDefaultTolerance = 0.05;
@@ -113,6 +117,13 @@ struct MergeArguments : OutputArguments {
     std::filesystem::path report;  // "": none
 };
 
+struct DenoiseArguments : OutputArguments, DisplayArguments {
+    std::filesystem::path input;
+    std::vector<OutputFile> outputs;  // .png and .exr
+    std::string device;
+    bool isValidating = false;
+};
+
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;           // "": starts without a scene
     std::string variant;                   // "": no variant
@@ -139,7 +150,7 @@ struct ShowText {
 };
 
 using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
-                               EditArguments, ShowText>;
+                               DenoiseArguments, EditArguments, ShowText>;
 
 // Parses the command line. Throws Error{Usage}, one line that names the option, if it is not valid.
 Arguments ParseArguments(int argc, const char* const* argv);

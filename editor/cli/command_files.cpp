@@ -69,6 +69,15 @@ CommandFiles FilesOf(const MergeArguments& arguments) {
             .replacing = {arguments.output}};
 }
 
+CommandFiles FilesOf(const DenoiseArguments& arguments) {
+    CommandFiles files{.inputs = {}, .updated = {arguments.input}, .outputs = {}, .replacing = {}};
+    for (const OutputFile& output : arguments.outputs) {
+        files.outputs.push_back(output.path);
+        if (output.kind == OutputKind::Exr) files.replacing.push_back(output.path);
+    }
+    return files;
+}
+
 CommandFiles FilesOf(const EditArguments& arguments) {
     return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.script}),
             .updated = {},

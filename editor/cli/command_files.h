@@ -26,6 +26,7 @@ CommandFiles FilesOf(const BenchArguments& arguments);
 CommandFiles FilesOf(const InfoArguments& arguments);
 CommandFiles FilesOf(const GraphArguments& arguments);
 CommandFiles FilesOf(const MergeArguments& arguments);
+CommandFiles FilesOf(const DenoiseArguments& arguments);
 CommandFiles FilesOf(const EditArguments& arguments);
 
 // Calls CheckOutputs for all outputs. `log` gets its warnings.

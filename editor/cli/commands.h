@@ -24,6 +24,8 @@ void InfoCommand(const InfoArguments& arguments, Console& console);
 void GraphCommand(const GraphArguments& arguments, Console& console);
 // Returns Failure if one of the outputs could not be written.
 ExitCode MergeCommand(const MergeArguments& arguments, Console& console);
+// Returns Failure likewise.
+ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console);
 // Throws Error{Usage} if the program was built without the editor.
 void EditCommand(const EditArguments& arguments, Console& console);
 

@@ -22,24 +22,26 @@ auto Plain(void (*command)(CommandArguments, Console&)) {
 }
 
 ExitCode Run(int argc, const char* const* argv) {
-    return std::visit(Overloaded{
-                          [](const RenderArguments& arguments) {
-                              return RunCommand(arguments, [](const auto& parsed, Console& console) {
-                                  return RenderCommand(parsed, console);
-                              });
-                          },
-                          [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
-                          [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
-                          [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
-                          [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
-                          [](const EditArguments& arguments) { return Plain(EditCommand)(arguments); },
-                          [](const ShowText& text) {
-                              std::fputs(text.text.c_str(), stdout);
-                              RequirePrinted();
-                              return ExitCode::Done;
-                          },
-                      },
-                      ParseArguments(argc, argv));
+    return std::visit(
+        Overloaded{
+            [](const RenderArguments& arguments) {
+                return RunCommand(arguments, [](const auto& parsed, Console& console) {
+                    return RenderCommand(parsed, console);
+                });
+            },
+            [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
+            [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
+            [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
+            [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
+            [](const DenoiseArguments& arguments) { return RunCommand(arguments, DenoiseCommand); },
+            [](const EditArguments& arguments) { return Plain(EditCommand)(arguments); },
+            [](const ShowText& text) {
+                std::fputs(text.text.c_str(), stdout);
+                RequirePrinted();
+                return ExitCode::Done;
+            },
+        },
+        ParseArguments(argc, argv));
 }
 
 ExitCode Main(int argc, const char* const* argv) {

@@ -117,6 +117,23 @@ void AddPath(CLI::App& app, const std::string& name, const char* operand, const 
     });
 }
 
+void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs) {
+    app.add_option_function<std::vector<std::string>>(
+           "-o,--output",
+           [&outputs](const std::vector<std::string>& paths) {
+               for (const std::string& path : paths) {
+                   try {
+                       outputs.push_back(ParseOutput(path));
+                   } catch (const Error& error) {
+                       throw MakeError(error.Kind(), "-o: {}", error.what());
+                   }
+               }
+           },
+           Wrapped(help))
+        ->type_name("OUT")
+        ->allow_extra_args(false);
+}
+
 void AddVariant(CLI::App& app, std::string& variant) {
     AddOption(app, "--variant", "VARIANT", "Variant of the materials, by name or index (none)",
               [&variant](const std::string& text) { variant = text; });
@@ -179,6 +196,11 @@ void AddDevice(CLI::App& app, std::string& device) {
     AddOption(app, "--device", "DEVICE",
               "Device by index or by a part of its name (RAYGRAPH_DEVICE, else the best suitable)",
               [&device](const std::string& text) { device = text; });
+}
+
+void AddValidate(CLI::App& app, bool& isValidating) {
+    app.add_flag("--validate", isValidating,
+                 Wrapped("Turn on the Vulkan validation layers and fail on any message"));
 }
 
 void AddLog(CLI::App& app, OutputArguments& arguments) {
@@ -363,7 +385,7 @@ void CheckShard(const RenderArguments& arguments) {
 
 }  // namespace
 
-passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
+passes::TonemapSettings DisplayOf(const DisplayArguments& arguments) {
     passes::TonemapSettings display;
     if (arguments.exposureEv) display.exposureEv = *arguments.exposureEv;
     if (arguments.tonemap) display.tonemapOperator = *arguments.tonemap;
@@ -372,29 +394,36 @@ passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
     return display;
 }
 
+void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
+                DisplayArguments& arguments) {
+    const passes::TonemapSettings display = DisplayOf({});
+    AddOption(app, "--exposure", "EV", Text("Exposure of a .png in stops ({})", display.exposureEv),
+              [&](const std::string& text) {
+                  arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
+              });
+    constexpr auto kOperators = Texts(TonemapOperator{});
+    SetChoices(
+        *AddOption(app, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
+                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
+        {kOperators.begin(), kOperators.end()});
+    AddOption(
+        app, "--white-point", whitePoint,
+        Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
+             "change){}",
+             passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint, whitePointHelp),
+        [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
+}
+
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     CLI::App* render = app.add_subcommand("render", "Path-trace a glTF scene to pictures");
     AddScene(*render, arguments.scene)->required();
     constexpr auto kEndings = Texts(OutputKind{}), kNotes = Notes(OutputKind{});
-    render
-        ->add_option_function<std::vector<std::string>>(
-            "-o,--output",
-            [&arguments](const std::vector<std::string>& paths) {
-                for (const std::string& path : paths) {
-                    try {
-                        arguments.outputs.push_back(ParseOutput(path));
-                    } catch (const Error& error) {
-                        throw MakeError(error.Kind(), "-o: {}", error.what());
-                    }
-                }
-            },
-            Wrapped("Output file: " +
-                    ListForHelp({kEndings.begin(), kEndings.end()}, {kNotes.begin(), kNotes.end()},
-                                kEndings.size()) +
-                    ". May be given several times. Default: " + kDefaultPicture +
-                    ", or the file that is resumed"))
-        ->type_name("OUT")
-        ->allow_extra_args(false);
+    AddOutputs(
+        *render,
+        "Output file: " +
+            ListForHelp({kEndings.begin(), kEndings.end()}, {kNotes.begin(), kNotes.end()}, kEndings.size()) +
+            ". May be given several times. Default: " + kDefaultPicture + ", or the file that is resumed",
+        arguments.outputs);
     AddOption(
         *render, "--spp", "N",
         Text("Samples a pixel ({}); with --resume the total to reach", RenderArguments::kDefaultSamples),
@@ -425,34 +454,19 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddCameras(*render, arguments);
     AddRoot(*render, arguments.root);
     AddEnvironment(*render, arguments.environment);
-    const passes::TonemapSettings display = DisplayOf({});
-    AddOption(*render, "--exposure", "EV", Text("Exposure of a .png in stops ({})", display.exposureEv),
-              [&](const std::string& text) {
-                  arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
-              });
-    constexpr auto kOperators = Texts(TonemapOperator{});
-    SetChoices(
-        *AddOption(*render, "--tonemap", "OP",
-                   "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
-                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
-        {kOperators.begin(), kOperators.end()});
-    AddOption(*render, "--white-point", "K|auto",
-              Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
-                   "change); auto: "
-                   "the light of the scene",
-                   passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint),
-              [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
+    AddDisplay(*render, "K|auto", "; auto: the light of the scene", arguments);
     constexpr auto kTypes = Texts(ExrType{});
     SetChoices(*AddOption(*render, "--exr-type", "TYPE", "Numbers of an .exr: " + ListForHelp(ExrType::Float),
                           [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); }),
                {kTypes.begin(), kTypes.end()});
-    CLI::Option* aov = AddOption(
-        *render, "--aov", "LIST",
-        "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
-            "; light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
-            ", or by its first scattering: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
-            "; light that a bias removed: " + ListOf(AovOf(kBiases.front()), std::nullopt) + "; or all",
-        [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    CLI::Option* aov =
+        AddOption(*render, "--aov", "LIST",
+                  "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Denoising) +
+                      "; light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+                      ", or by its first scattering: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+                      "; light that a bias removed: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
+                      "; all of these; for `raygraph denoise`: " + Name(Aov::Denoising),
+                  [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     std::vector<std::string_view> aovs{"all"};
     for (const Aov named : kAovs) aovs.push_back(Name(named));
     SetChoices(*aov, aovs, Operands::List);
@@ -474,13 +488,22 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               "Devices that share the samples: all (of the best kind), or indices, as 0,1",
               [&](const std::string& text) { arguments.devices = ValidatedDevices(text); })
         ->excludes("--device");
-    render->add_flag("--validate", arguments.isValidating,
-                     Wrapped("Turn on the Vulkan validation layers and fail on any message"));
+    AddValidate(*render, arguments.isValidating);
     AddPath(*render, "--report", "FILE.json", "Write a report: the scene, times, memory, the error",
             arguments.report);
     AddProgress(*render, arguments);
     AddOutput(*render, arguments);
     return render;
+}
+
+void CheckDisplay(const DisplayArguments& arguments, const std::vector<OutputFile>& pictures) {
+    const auto isPng = [](const OutputFile& picture) { return picture.kind == OutputKind::Png; };
+    const char* option = arguments.exposureEv   ? "--exposure"
+                         : arguments.tonemap    ? "--tonemap"
+                         : arguments.whitePoint ? "--white-point"
+                                                : nullptr;
+    if (option != nullptr && std::ranges::none_of(pictures, isPng))
+        Reject(Text("{} is of a .png, and none is written", option));
 }
 
 void CheckRender(const RenderArguments& arguments) {
@@ -495,16 +518,11 @@ void CheckRender(const RenderArguments& arguments) {
         CheckEnvironment(arguments.given, !arguments.environment.empty());
     if (!arguments.settingsFrom.empty() && !arguments.resume.empty())
         Reject("--settings-from begins a render; --resume goes on with one");
-    const auto requireKind = [&](OutputKind kind, const char* option) {
-        for (const OutputFile& picture : PicturesOf(arguments))
-            if (picture.kind == kind) return;
-        Reject(Text("{} is of {} {}, and none is written", option, kind == OutputKind::Png ? "a" : "an",
-                    Name(kind)));
-    };
-    if (arguments.exposureEv) requireKind(OutputKind::Png, "--exposure");
-    if (arguments.tonemap) requireKind(OutputKind::Png, "--tonemap");
-    if (arguments.whitePoint) requireKind(OutputKind::Png, "--white-point");
-    if (arguments.exrType) requireKind(OutputKind::Exr, "--exr-type");
+    CheckDisplay(arguments, PicturesOf(arguments));
+    if (arguments.exrType && std::ranges::none_of(PicturesOf(arguments), [](const OutputFile& o) {
+            return o.kind == OutputKind::Exr;
+        }))
+        Reject("--exr-type is of an .exr, and none is written");
     if (arguments.isDenoised && std::ranges::all_of(PicturesOf(arguments), [](const OutputFile& o) {
             return o.kind == OutputKind::Hdr;
         }))

@@ -29,6 +29,7 @@ struct Choices {
     bool isList = false;
 };
 Choices ChoicesOf(CLI::Option& option);
+void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs);
 void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
              std::filesystem::path& path);
 
@@ -41,6 +42,10 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
 void AddRoot(CLI::App& app, std::filesystem::path& root);
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
+void AddValidate(CLI::App& app, bool& isValidating);
+// Adds --exposure, --tonemap and --white-point; `whitePoint` is the operand of the last one.
+void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
+                DisplayArguments& arguments);
 // Adds --traversal and --integrator-form.
 void AddTracing(CLI::App& app, TracingChoice& tracing);
 // Adds --verbose and --log; AddOutput also adds --quiet.
@@ -55,6 +60,8 @@ void SetGroups(CLI::App& command, bool showsStudy);
 
 // Throws Error{Usage}.
 [[noreturn]] void Reject(const std::string& message);
+// Refuses --exposure and the like unless a .png is written.
+void CheckDisplay(const DisplayArguments& arguments, const std::vector<OutputFile>& pictures);
 void CheckProgress(const OutputArguments& arguments);
 void CheckEnvironment(const SettingTexts& given, bool hasMap);
 

@@ -10,6 +10,7 @@
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "editor/session/denoise.h"
 #include "editor/session/file/render_file_parts.h"
 #include "editor/session/group/shared_render.h"
 #include "editor/session/settings/error_goal.h"
@@ -21,9 +22,6 @@ namespace raygraph::session {
 namespace {
 
 FramePlan PlanOf(const SessionDesc& desc) {
-    passes::TonemapSettings tonemap = desc.tonemap;
-    tonemap.isUnassociated = desc.settings.paths.isEnvironmentHidden;
-    tonemap.isOpaque = !tonemap.isUnassociated;
     return {.view = desc.settings.view,
             .aovs = desc.aovs,
             .firstSample = desc.firstSample,
@@ -34,7 +32,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .isDenoised = desc.isDenoised,
             .batchSize = desc.batchSize,
             .raster = desc.settings.raster,
-            .tonemap = tonemap};
+            .tonemap = WithAlphaOf(desc.tonemap, desc.settings)};
 }
 
 // Devices of different kinds are named "A + B", devices of one kind "A".

@@ -162,6 +162,11 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("merge -o c.exr", "FILES");
     ExpectUsage("merge a.exr b.exr", "-o");
     ExpectUsage("merge a.exr b.exr -o c.png", "c.png");
+    ExpectUsage("denoise -o c.png", "FILE.exr");
+    ExpectUsage("denoise a.exr", "-o");
+    ExpectUsage("denoise a.exr -o b.hdr", "b.hdr");
+    ExpectUsage("denoise a.exr -o b.exr --exposure 1", "--exposure is of a .png");
+    ExpectUsage("denoise a.exr -o b.png --white-point auto", "--white-point auto");
 }
 
 TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
@@ -172,7 +177,7 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
     for (const Aov aov : kAovs) EXPECT_NE(help.find(Name(aov)), std::string::npos) << Name(aov);
     const std::string overview = std::get<ShowText>(Parse("--help")).text;
-    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "completion"})
+    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "denoise", "completion"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
     for (const auto& [code, text] : kExitCodes)
         EXPECT_NE(overview.find(Text("\n  {:<24}  {}\n", static_cast<int>(code), text)), std::string::npos)
@@ -261,6 +266,32 @@ TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
     const auto a = std::get<RenderArguments>(
         Parse("render a.gltf --light-group key=lamp*,bulb --light-group fill=window"));
     EXPECT_EQ(a.given.at("light-group"), "key=lamp*,bulb;fill=window");
+}
+
+TEST(Arguments, DenoiseTakesEveryOption) {
+    const auto a = std::get<DenoiseArguments>(
+        Parse("denoise a.exr -o b.png -o c.exr --exposure 1 --tonemap aces --white-point 3000 --device llvm "
+              "--validate --quiet"));
+    EXPECT_EQ(a.input, "a.exr");
+    ASSERT_EQ(a.outputs.size(), 2u);
+    EXPECT_EQ(a.outputs[0].kind, OutputKind::Png);
+    EXPECT_EQ(a.outputs[1].path, "c.exr");
+    EXPECT_EQ(DisplayOf(a).exposureEv, 1.0f);
+    EXPECT_EQ(DisplayOf(a).tonemapOperator, TonemapOperator::Aces);
+    EXPECT_EQ(a.whitePoint->kelvin, 3000.0);
+    EXPECT_TRUE(a.device == "llvm" && a.isValidating && a.isQuiet);
+}
+
+TEST(Arguments, AllChannelsAreThoseThatOthersDoNotRepeat) {
+    AovRequest all = ParseAovs("all");
+    EXPECT_FALSE(AovsFor(all, {}).Has(Aov::Denoising));
+    EXPECT_TRUE(AovsFor(ParseAovs("all,denoising"), {}).Has(Aov::Denoising));
+    PictureSettings adaptive, raster;
+    adaptive.isAdaptive = true;
+    raster.view = View::Raster;
+    for (const PictureSettings& settings : {adaptive, raster})
+        test::ExpectError(
+            ErrorKind::Usage, [&] { AovsFor(ParseAovs("denoising"), settings); }, "--aov denoising");
 }
 
 TEST(Arguments, MergeTakesAnyNumberOfRenders) {

@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "editor/session/file/image_statistics.h"
+#include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/document.h"
 #include "renderer/scene/model/camera_view.h"
@@ -248,6 +249,75 @@ TEST(ProgramJson, AReportThatWouldReplaceARenderIsRefused) {
 
 }  // namespace
 }  // namespace raygraph::program_json_test
+
+namespace raygraph::program_denoise_test {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+
+std::string Bytes(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(ProgramDenoise, FileHasThePictureOfTheRenderThatDenoises) {
+    const test::TemporaryFolder folder;
+    test::WriteBox(folder);
+    const std::string still = "render @cornell.gltf --size 24x18 --spp 16 --quiet ",
+                      moving = "render box.gltf --size 24x18 --spp 16 --at 0 --shutter 0:0.5 --quiet ";
+    for (const std::string& render : {still, moving}) {
+        const bool isStill = render == still;
+        ASSERT_EQ(RunProgram(folder, render + "--denoise --exposure 1 -o whole.exr -o whole.png").exitCode,
+                  0);
+        ASSERT_EQ(RunProgram(folder, render + "--aov denoising -o a.exr").exitCode, 0);
+        // The file is replaced by itself with the picture that it did not have
+        const ProgramResult result =
+            RunProgram(folder, "denoise a.exr --exposure 1 -o a.exr -o a.png --validate");
+        ASSERT_EQ(result.exitCode, 0) << result.messages;
+        EXPECT_EQ(result.output, "a.exr\na.png\n");
+        const image::ExrImage whole = image::ReadExr(folder / "whole.exr"),
+                              denoised = image::ReadExr(folder / "a.exr");
+        for (const char* channel : {"R", "variance.G", "denoised.R", "denoised.G", "denoised.B"}) {
+            ASSERT_NE(denoised.FloatChannel(channel), nullptr) << channel;
+            EXPECT_EQ(*denoised.FloatChannel(channel), *whole.FloatChannel(channel)) << channel;
+        }
+        EXPECT_EQ(Bytes(folder / "a.png"), Bytes(folder / "whole.png"));
+        EXPECT_EQ(denoised.FloatChannel("denoising.seen.R") != nullptr, isStill);
+        EXPECT_TRUE(session::HasSums(session::ReadRenderFile(folder / "a.exr")));
+    }
+}
+
+TEST(ProgramDenoise, RefusalsAreOneLineAndTheOldFileStays) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder / "old.png") << "old";
+    const auto expect = [&](const char* options, const char* why) {
+        ASSERT_EQ(RunProgram(folder, std::string("render @cornell.gltf --size 8x8 --spp 2 --quiet ") +
+                                         options + " -o a.exr")
+                      .exitCode,
+                  0);
+        const ProgramResult result = RunProgram(folder, "denoise a.exr -o old.png");
+        EXPECT_EQ(result.exitCode, 4);
+        EXPECT_EQ(result.messages, std::string("raygraph: a.exr cannot be denoised: ") + why + "\n");
+        EXPECT_EQ(Bytes(folder / "old.png"), "old");
+    };
+    expect("", "it lacks the channels of --aov denoising, and those of --aov albedo,normal");
+    expect("--view normals", "it shows the view normals");
+    expect("--adaptive on --aov albedo,normal",
+           "it is adaptive, and its pixels have different numbers of samples");
+    ASSERT_EQ(
+        RunProgram(folder, "render @cornell.gltf --size 8x8 --spp 2 --quiet --aov albedo,normal -o a.exr")
+            .exitCode,
+        0);
+    const ProgramResult plain = RunProgram(folder, "denoise a.exr -o old.png");
+    EXPECT_EQ(plain.exitCode, 0) << plain.messages;
+    EXPECT_NE(plain.messages.find("warning: a.exr has no channels of --aov denoising"), std::string::npos)
+        << plain.messages;
+    EXPECT_NE(Bytes(folder / "old.png"), "old");
+}
+
+}  // namespace
+}  // namespace raygraph::program_denoise_test
 
 // Tests `raygraph bench` by the built program. It needs a device.
 namespace raygraph::program_bench_test {

@@ -71,11 +71,14 @@ Input that is missing or broken:
 4 | bench none.gltf | none.gltf
 4 | graph none.gltf | none.gltf
 4 | merge a.exr b.exr -o c.exr | a.exr
+4 | denoise a.exr -o c.exr | a.exr
+4 | denoise broken.gltf -o c.exr | broken.gltf
 
 An output that cannot be written, before anything is read:
 1 | render none.gltf -o missing/a.png | missing
 1 | render none.gltf -o a.png --report missing/r.json | missing
 1 | merge a.exr b.exr -o missing/c.exr | missing
+1 | denoise a.exr -o missing/c.exr | missing
 1 | bench none.gltf --json missing/b.json | missing
 
 Crops, white points and light:
@@ -457,6 +460,8 @@ try() {
     EXPECT_EQ(completed("raygraph me"), "merge");
     EXPECT_EQ(completed("raygraph render --sam"), "--sample-offset|--sampler");
     EXPECT_EQ(completed("raygraph merge --sam"), "");
+    EXPECT_EQ(completed("raygraph denoise \"\""), "a.exr|shaders");
+    EXPECT_EQ(completed("raygraph denoise a.exr --to"), "--tonemap");
     EXPECT_EQ(completed("raygraph render --view ra"), "raster|ray-cost");
     EXPECT_EQ(completed("raygraph render --view = ra"), "raster|ray-cost") << "--view=ra, as bash has it";
     EXPECT_EQ(completed("raygraph render --progress \"\""), "auto|json|none|plain");

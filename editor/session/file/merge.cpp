@@ -44,6 +44,27 @@ void RequireSums(const NamedRender& part) {
                                                           : "");
 }
 
+// The mean of some samples becomes that of the others, too.
+void AddMean(Texels& mean, uint64_t count, const Texels& others, uint64_t otherCount) {
+    if (mean.empty() || others.empty()) {
+        if (mean.empty()) mean = others;
+        return;
+    }
+    const double own = static_cast<double>(count), more = static_cast<double>(otherCount);
+    for (size_t i = 0; i < mean.size(); ++i)
+        mean[i] = static_cast<float>((own * mean[i] + more * others[i]) / (own + more));
+}
+
+void AddDenoising(RenderFile& merged, const RenderFile& other) {
+    DenoisingPlanes& planes = merged.denoising;
+    for (const auto& [names, plane] : DenoisingChannels()) {
+        const bool isHalf = plane == &DenoisingPlanes::firstHalf;
+        AddMean(planes.*plane, isHalf ? planes.firstSamples : SampleCount(merged.samples),
+                other.denoising.*plane, isHalf ? other.denoising.firstSamples : SampleCount(other.samples));
+    }
+    planes.firstSamples += other.denoising.firstSamples;
+}
+
 }  // namespace
 
 void Merger::Add(NamedRender part) {
@@ -69,6 +90,7 @@ void Merger::Add(NamedRender part) {
     // Channels that are not accumulated are equal in all parts; the part with the first samples provides them
     if (other.samples.front().first < merged.samples.front().first) std::swap(merged, other);
     session::Add(merged.sums, std::move(other.sums));
+    AddDenoising(merged, other);
     merged.removedSamples += other.removedSamples;
     merged.samples = Union(merged.samples, other.samples);
     merged.measuredError.reset();

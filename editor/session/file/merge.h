@@ -25,8 +25,9 @@ class RAYGRAPH_API Merger {
     // the call.
     void Add(NamedRender part);
     // Returns the render with the samples of all parts. It has the bits of one run that took all of them, in
-    // whatever order they were added. Depth, ids, device and driver are those of the part with the first
-    // samples. Throws Error{Usage} without parts. The Merger is empty afterwards.
+    // whatever order they were added, but for DenoisingPlanes: they have its values to rounding, and the
+    // first halves of all parts make their first half. Depth, ids, device and driver are those of the part
+    // with the first samples. Throws Error{Usage} without parts. The Merger is empty afterwards.
     RenderFile Take();
 
   private:

@@ -179,6 +179,25 @@ std::optional<MeasuredError> MeasuredErrorOf(const image::ExrImage& file) {
     }
 }
 
+// Returns a count in an attribute; 0 without it.
+uint32_t CountAttribute(const image::ExrImage& file, const char* name) {
+    const std::string text = TextAttribute(file, name);
+    if (text.empty()) return 0;
+    try {
+        return ParseCount(text);
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "{}: {}", name, error.what());
+    }
+}
+
+void ReadDenoising(const image::ExrImage& file, RenderFile& render) {
+    for (const auto& [names, plane] : DenoisingChannels())
+        ReadColorChannels(file, names, render.denoising.*plane);
+    render.denoising.firstSamples = CountAttribute(file, kAttributeFirstHalfSamples);
+    if (const std::string flaw = FlawOfDenoising(render); !flaw.empty())
+        throw Error(ErrorKind::BadInput, flaw);
+}
+
 void ReadRemovedLight(const image::ExrImage& file, SumsReader& sums, RenderFile& render) {
     for (const Bias bias : kBiases) {
         const size_t i = static_cast<size_t>(bias);
@@ -187,12 +206,7 @@ void ReadRemovedLight(const image::ExrImage& file, SumsReader& sums, RenderFile&
             throw MakeError(ErrorKind::BadInput, "of {} there is one of mean and variance, not both",
                             Name(AovOf(bias)));
         if (!hasVariance) continue;
-        const std::string count = TextAttribute(file, kAttributeRemovedSamples);
-        try {
-            render.removedSamples = ParseCount(count);
-        } catch (const Error& error) {
-            throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeRemovedSamples, error.what());
-        }
+        render.removedSamples = CountAttribute(file, kAttributeRemovedSamples);
         render.sums.removed[i] = sums.Take(MeanChannels(AovOf(bias)), render.removed[i],
                                            render.removedVariance[i], {render.removedSamples});
     }
@@ -268,6 +282,7 @@ RenderFile FromExr(const image::ExrImage& file) {
             *SumsOf(render.sums, aov) = sums.Take(MeanChannels(aov), *mean, {}, CountsOf(aov, counts));
     }
     ReadRemovedLight(file, sums, render);
+    ReadDenoising(file, render);
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
@@ -348,6 +363,7 @@ AovSet AovsOf(const RenderFile& render) {
     aovs.Set(Aov::Instance, !render.instance.empty());
     aovs.Set(Aov::Material, !render.material.empty());
     aovs.Set(Aov::Motion, !render.motion.empty());
+    aovs.Set(Aov::Denoising, !render.denoising.albedo.empty());
     return aovs;
 }
 
@@ -363,6 +379,7 @@ void KeepOnly(RenderFile& render, const AovSet& aovs) {
     if (!aovs.Has(Aov::Instance)) render.instance.clear();
     if (!aovs.Has(Aov::Material)) render.material.clear();
     if (!aovs.Has(Aov::Motion)) render.motion.clear();
+    if (!aovs.Has(Aov::Denoising)) render.denoising = {};
 }
 
 RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
@@ -439,6 +456,9 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
                 addSums(names[i], render.sums.lightGroups[i], render.lightGroups[i], {}, samples);
         }
     }
+    for (const auto& [names, plane] : DenoisingChannels())
+        for (size_t c = 0; c < 3 && !(render.denoising.*plane).empty(); ++c)
+            add(names[c], render.denoising.*plane, c);
     bool hasRemoved = false;
     for (const Bias bias : kBiases) {
         const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
@@ -481,6 +501,8 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     if (!residuals.empty()) attributes[kAttributeSumsDigest] = Text("{:016x}", digest);
     if (goesOn)
         attributes[kAttributeStage] = Text("{} {}", render.adaptive->stages[0], render.adaptive->stages[1]);
+    if (render.denoising.firstSamples > 0)
+        attributes[kAttributeFirstHalfSamples] = std::to_string(render.denoising.firstSamples);
     if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     if (render.measuredError && render.measuredError->relativeError)
         attributes[kAttributeMeasuredError] =
@@ -542,6 +564,8 @@ std::string FlawOfPlanes(const RenderFile& render) {
     check("radiance", render.sums.radiance, texels);
     check("variance", render.variance, texels);
     check("denoised picture", render.denoised, texels);
+    for (const auto& [names, plane] : DenoisingChannels()) check(names[0], render.denoising.*plane, texels);
+    if (flaw.empty()) flaw = FlawOfDenoising(render);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
         if (mean == nullptr) continue;
@@ -597,6 +621,18 @@ std::string FirstFlaw(const RenderFile& render) {
         return "its settings and its counts of samples do not agree on whether it is adaptive";
     if (std::string flaw = FlawOfCounts(render); !flaw.empty()) return flaw;
     return FlawOfPlanes(render);
+}
+
+std::string FlawOfDenoising(const RenderFile& render) {
+    const DenoisingPlanes& planes = render.denoising;
+    if (planes.albedo.empty() != planes.normal.empty() || planes.seen.empty() != planes.seenByAll.empty() ||
+        planes.firstHalf.empty() != (planes.firstSamples == 0) ||
+        (planes.albedo.empty() && !(planes.seen.empty() && planes.firstHalf.empty())))
+        return "its channels of --aov denoising are incomplete";
+    if (planes.firstSamples > 0 && planes.firstSamples >= SampleCount(render.samples))
+        return Text("the first half has {} of its {} samples", planes.firstSamples,
+                    SampleCount(render.samples));
+    return {};
 }
 
 std::string FlawOfCounts(const RenderFile& render) {

@@ -4,7 +4,8 @@
 // Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
 // the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
 // removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample traced twice),
-// with --light-group the radiance by group as light.NAME.R/G/B, Z
+// with --light-group the radiance by group as light.NAME.R/G/B,
+// denoising.albedo.R and so on (DenoisingPlanes), Z
 // (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
 // where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
 // kAttribute* in the source.
@@ -51,11 +52,21 @@ struct RenderSums {
     std::vector<passes::ExactSums> lightGroups;
 };
 
+// Holds what the denoiser takes beside radiance and variance (passes::DenoiseInputs), so that a render is
+// denoised from its file. w is not stored. All are empty without Aov::Denoising.
+struct DenoisingPlanes {
+    Texels albedo, normal;
+    Texels firstHalf;           // mean of the first samples of the radiance; empty with few samples
+    uint32_t firstSamples = 0;  // samples of firstHalf
+    Texels seen, seenByAll;     // empty if the shutter is open for some time
+};
+
 struct RenderFile {
-    Extent2D size;                                     // in pixels, of the rendered part (RenderedPart)
-    Texels radiance;                                   // mean of the samples; alpha: coverage
-    Texels variance;                                   // unbiased variance of one sample; w is undefined
-    Texels denoised;                                   // denoised radiance; written, but not read
+    Extent2D size;    // in pixels, of the rendered part (RenderedPart)
+    Texels radiance;  // mean of the samples; alpha: coverage
+    Texels variance;  // unbiased variance of one sample; w is undefined
+    Texels denoised;  // denoised radiance; written, but not read
+    DenoisingPlanes denoising;
     Texels albedo;                                     // w: coverage; not stored
     Texels normal;                                     // w is undefined
     std::array<Texels, passes::kPathPartCount> parts;  // parts of the radiance by PathPart; w is not stored
@@ -84,11 +95,11 @@ struct RenderFile {
     std::string driver;
 };
 
-// Returns the picture of an AOV that is a mean over samples; nullptr for depth and ids.
+// Returns the picture of an AOV that is a mean over samples; nullptr for depth, ids and denoising.
 RAYGRAPH_API Texels* MeanOf(RenderFile& render, Aov aov);
 RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
 
-// Returns the sums of an AOV; nullptr for depth and ids.
+// Returns the sums of an AOV; nullptr for depth, ids and denoising.
 RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
 RAYGRAPH_API const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov);
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/printable.h"
@@ -37,6 +38,8 @@ inline constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  
 inline constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // e.g. "0-63 128-191"
 // The number of samples that were traced twice, decimal.
 inline constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";
+// The number of samples of DenoisingPlanes::firstHalf, decimal.
+inline constexpr const char* kAttributeFirstHalfSamples = "raygraph.firstHalfSamples";
 // Samples and relative error, e.g. "64 0.021".
 inline constexpr const char* kAttributeMeasuredError = "raygraph.measuredError";
 inline constexpr const char* kAttributeSumsDigest = "raygraph.sumsDigest";  // hexadecimal: digest of all sums
@@ -57,6 +60,18 @@ inline ChannelNames ColorChannels(const std::string& name) {
 inline ChannelNames MeanChannels(Aov aov) {
     if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
     return ColorChannels(Name(aov));
+}
+
+// Returns the channels of each plane of the denoiser.
+inline auto DenoisingChannels() {
+    using Plane = std::pair<ChannelNames, Texels DenoisingPlanes::*>;
+    return std::to_array<Plane>({
+        {ColorChannels("denoising.albedo"), &DenoisingPlanes::albedo},
+        {{"denoising.N.X", "denoising.N.Y", "denoising.N.Z"}, &DenoisingPlanes::normal},
+        {ColorChannels("denoising.first_half"), &DenoisingPlanes::firstHalf},
+        {ColorChannels("denoising.seen"), &DenoisingPlanes::seen},
+        {ColorChannels("denoising.seen_by_all"), &DenoisingPlanes::seenByAll},
+    });
 }
 
 // Returns the channels of the groups of lights in a render with these settings.
@@ -133,6 +148,9 @@ void RequireReadable(const PictureSettings& settings);
 // Returns the first reason for which its file could not be read back, e.g. "it has no samples"; empty if
 // there is none.
 std::string FirstFlaw(const RenderFile& render);
+
+// Checks whether the planes of the denoiser belong together.
+std::string FlawOfDenoising(const RenderFile& render);
 
 // Checks the sample counts of an adaptive render alone.
 std::string FlawOfCounts(const RenderFile& render);

@@ -5,7 +5,6 @@
 
 #include "base/check.h"
 #include "editor/session/settings/error_goal.h"
-#include "passes/denoise.h"
 #include "passes/project_hits.h"
 #include "passes/raster.h"
 #include "passes/scene_bindings.h"
@@ -39,8 +38,8 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
       m_secondTraces(plan.retraced),
-      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || (plan.isDenoised && scene.IsBlurred())),
-      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || (plan.isDenoised && scene.IsBlurred())),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || (plan.NeedsGuides() && scene.IsBlurred())),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || (plan.NeedsGuides() && scene.IsBlurred())),
       m_isKeepingCenter(plan.hasUnblurred && plan.aovs.NeedsCenterRay()),
       m_isKeepingMotion(plan.hasUnblurred && plan.aovs.Has(Aov::Motion)) {
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
@@ -113,7 +112,7 @@ uint32_t SampleFrames::ChooseBatchSize() const {
         passes::PreferredBatchSize(m_renderer.Device(), settings,
                                    hasGroups ? passes::LightGroupTiles(m_plan.lightGroupCount).height : 1);
     // For the denoiser, frames end where half of few samples does
-    if (m_plan.isDenoised) return std::min(most, 8u);
+    if (m_plan.NeedsGuides()) return std::min(most, 8u);
     // Albedo and normal have passes for each sample
     return m_isKeepingAlbedo || m_isKeepingNormal ? std::min(most, 16u) : most;
 }
@@ -237,7 +236,7 @@ passes::AccumulatedIds SampleFrames::ReadBack(Accumulated& from, Extent2D extent
 
 void SampleFrames::KeepFirstHalf() {
     constexpr uint32_t kLeast = 8;  // a smaller number gives no useful estimate
-    if (!m_plan.isDenoised || m_submitted < std::max(kLeast, 2 * m_firstHalves[1].count)) return;
+    if (!m_plan.NeedsGuides() || m_submitted < std::max(kLeast, 2 * m_firstHalves[1].count)) return;
     m_firstHalves[0] = std::move(m_firstHalves[1]);
     m_renderer.BeginFrame();
     m_firstHalves[1] = {
@@ -257,8 +256,9 @@ void SampleFrames::RestoreFirstHalf(passes::Accumulation& into) {
     m_renderer.Execute();
 }
 
-TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo,
-                                        TextureId normal, const passes::Accumulation& firstHalf) {
+passes::DenoiseInputs SampleFrames::DeclareDenoiseInputs(const passes::AccumulatedIds& radiance,
+                                                         TextureId albedo, TextureId normal,
+                                                         const passes::Accumulation& firstHalf) {
     passes::DenoiseInputs inputs{radiance.mean, radiance.variance, albedo, normal, {}, {}};
     if (!m_scene.IsBlurred()) {
         const uint32_t first = m_samples.front().first;
@@ -273,7 +273,21 @@ TextureId SampleFrames::DeclareDenoised(const passes::AccumulatedIds& radiance, 
     }
     if (firstHalf.SampleCount() > 0)
         inputs.firstHalf = passes::Resolve(m_renderer, firstHalf, Size(), false).mean;
-    return passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount()});
+    return inputs;
+}
+
+void SampleFrames::ReadBackDenoising(const passes::DenoiseInputs& inputs, uint32_t firstSamples) {
+    const auto readBack = [&](Texels DenoisingPlanes::*plane, TextureId from) {
+        m_denoising.emplace_back(plane, m_renderer.ReadBack(from));
+    };
+    m_denoising.clear();
+    m_firstSamples = firstSamples;
+    readBack(&DenoisingPlanes::albedo, inputs.albedo);
+    readBack(&DenoisingPlanes::normal, inputs.normal);
+    if (inputs.firstHalf) readBack(&DenoisingPlanes::firstHalf, *inputs.firstHalf);
+    if (!inputs.seen) return;
+    readBack(&DenoisingPlanes::seen, inputs.seen->bySamples);
+    readBack(&DenoisingPlanes::seenByAll, inputs.seen->byAll);
 }
 
 TextureId SampleFrames::DeclareDisplay(TextureId mean) {
@@ -288,7 +302,7 @@ void SampleFrames::FinishPicture() {
     RenderMissingUniformSamples();
     const Extent2D size = Size();
     passes::Accumulation firstHalf("firstHalf");
-    if (m_plan.isDenoised) RestoreFirstHalf(firstHalf);
+    if (m_plan.NeedsGuides()) RestoreFirstHalf(firstHalf);
     m_renderer.BeginFrame();
     const std::optional<TextureId> counts = DeclareCounts();
     if (m_adaptive) m_adaptive->ReadBack();
@@ -298,9 +312,14 @@ void SampleFrames::FinishPicture() {
     if (m_isKeepingAlbedo) albedo = ReadBack(m_albedo, size);
     if (m_isKeepingNormal) normal = ReadBack(m_normal, size);
     TextureId shown = radiance.mean;
-    if (m_plan.isDenoised) {
-        shown = DeclareDenoised(radiance, albedo.mean, normal.mean, firstHalf);
-        m_denoised = m_renderer.ReadBack(shown);
+    if (m_plan.NeedsGuides()) {
+        const passes::DenoiseInputs inputs =
+            DeclareDenoiseInputs(radiance, albedo.mean, normal.mean, firstHalf);
+        if (m_plan.aovs.Has(Aov::Denoising)) ReadBackDenoising(inputs, firstHalf.SampleCount());
+        if (m_plan.isDenoised) {
+            shown = passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount()});
+            m_denoised = m_renderer.ReadBack(shown);
+        }
     }
     m_display = m_renderer.ReadBack(DeclareDisplay(shown));
     for (KeptPart& part : m_parts) ReadBack(part.sum, size, counts);
@@ -355,6 +374,9 @@ void SampleFrames::TakeMeans(RenderFile& render) const {
     Take(m_radiance, render.radiance, render.sums.radiance);
     if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
     if (m_plan.isDenoised) render.denoised = WaitForValues<float>(m_denoised);
+    for (const auto& [plane, readback] : m_denoising)
+        render.denoising.*plane = WaitForValues<float>(readback);
+    render.denoising.firstSamples = m_firstSamples;
     if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
     if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
     for (const KeptPart& part : m_parts)
@@ -398,6 +420,7 @@ void SampleFrames::DropPicture() {
         part.sum.sums = {};
     }
     m_variance = m_denoised = m_display = {};
+    m_denoising.clear();
     m_secondTraces.DropReadbacks();
 }
 

@@ -8,6 +8,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "base/api.h"
@@ -18,6 +19,7 @@
 #include "editor/session/frames/pass_times.h"
 #include "editor/session/frames/second_traces.h"
 #include "passes/accumulate.h"
+#include "passes/denoise.h"
 #include "passes/filter_environment.h"
 #include "passes/tonemap.h"
 #include "passes/trace.h"
@@ -33,13 +35,15 @@ struct FramePlan {
     bool withVariance = false;              // variance of the radiance
     bool isAdaptive = false;                // see PictureSettings; with variance
     bool withSums = false;                  // returns the sums of everything accumulated
-    bool isDenoised = false;                // see SessionDesc
+    bool isDenoised = false;                // see SessionDesc; with variance, as Aov::Denoising
     uint32_t batchSize = 0;                 // see SessionDesc
     passes::RasterSettings raster;          // settings of the raster view
     passes::TonemapSettings tonemap;        // settings of the display picture
     bool hasUnblurred = true;               // renders depth, ids and motion if asked for
     RetracedBiases retraced{};              // biases without which samples are traced again
     const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor
+
+    bool NeedsGuides() const { return isDenoised || aovs.Has(Aov::Denoising); }
 };
 
 class SampleFrames {
@@ -157,9 +161,10 @@ class SampleFrames {
     void KeepFirstHalf();
     // Restores the last stored sums of at most two thirds of the samples, if there are any.
     void RestoreFirstHalf(passes::Accumulation& into);
-    // Declares the denoised picture; `firstHalf` has the first samples of the picture.
-    TextureId DeclareDenoised(const passes::AccumulatedIds& radiance, TextureId albedo, TextureId normal,
-                              const passes::Accumulation& firstHalf);
+    // Declares what the denoiser takes; `firstHalf` has the first samples of the picture.
+    passes::DenoiseInputs DeclareDenoiseInputs(const passes::AccumulatedIds& radiance, TextureId albedo,
+                                               TextureId normal, const passes::Accumulation& firstHalf);
+    void ReadBackDenoising(const passes::DenoiseInputs& inputs, uint32_t firstSamples);
     void ZeroMeans(RenderFile& render) const;
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
 
@@ -196,6 +201,8 @@ class SampleFrames {
     };
     std::array<FirstSamples, 2> m_firstHalves;  // by age, the older one first
     Readback m_variance, m_denoised, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
+    std::vector<std::pair<Texels DenoisingPlanes::*, Readback>> m_denoising;
+    uint32_t m_firstSamples = 0;  // samples of DenoisingPlanes::firstHalf
     struct CountsOfFrame {
         Readback counts;  // TraceCounts
         uint64_t paths;

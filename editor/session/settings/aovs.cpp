@@ -20,7 +20,8 @@ std::string ListOf(const AovSet& aovs) {
 
 bool CanHave(Aov aov, const PictureSettings& settings) {
     if (aov == Aov::Motion) return settings.shutter.has_value();
-    if (aov >= Aov::Emission && settings.view != View::PathTraced) return false;
+    if (aov == Aov::Denoising && settings.isAdaptive) return false;
+    if (aov >= Aov::Denoising && settings.view != View::PathTraced) return false;
     for (const Bias bias : kBiases)
         if (aov == AovOf(bias) && !IsOn(settings.paths.biases, bias)) return false;
     return true;

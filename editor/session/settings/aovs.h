@@ -20,8 +20,11 @@ namespace raygraph::session {
     X(Of, Depth, 2, "depth", "")       \
     X(Of, Instance, 3, "instance", "") \
     X(Of, Material, 4, "material", "") \
-    X(Of, Motion, 5, "motion", "")
+    X(Of, Motion, 5, "motion", "")     \
+    X(Of, Denoising, 6, "denoising", "")
 
+// Denoising is what the denoiser takes beside radiance and variance (DenoisingPlanes).
+//
 // The order is: surfaces, then passes::PathPart, then what each Bias removed ("removed_max_depth" to
 // "removed_shadow_terminator" and "removed_texture_lod").
 #define RAYGRAPH_DECLARE(Of, name, value, text, note)         name,

@@ -99,8 +99,10 @@ void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
 }
 
 void RequireDenoisable(const SessionDesc& desc, size_t deviceCount) {
-    if (!desc.isDenoised) return;
-    const auto reject = [](const std::string& why) { RejectSetting("denoise", why); };
+    if (!desc.isDenoised && !desc.aovs.Has(Aov::Denoising)) return;
+    const auto reject = [&](const std::string& why) {
+        RejectSetting(desc.isDenoised ? "denoise" : "aov denoising", why);
+    };
     if (const View view = desc.settings.view; view != View::PathTraced)
         reject(Text("the view {} is not denoised", Name(view)));
     if (desc.settings.isAdaptive) reject("an adaptive picture has other numbers of samples in each pixel");

@@ -1,0 +1,45 @@
+// Implements `raygraph denoise`.
+#include "editor/session/denoise.h"
+
+#include <memory>
+
+#include "base/text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/commands.h"
+#include "editor/cli/console.h"
+#include "editor/cli/device_setup.h"
+#include "editor/cli/outputs.h"
+#include "renderer/image/exr.h"
+
+namespace raygraph::cli {
+
+ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console) {
+    const Log log = console.log.ForLibraries();
+    CheckWritable(FilesOf(arguments), log);
+    const image::ExrThreads threads;
+    RenderFile render = ReadRenderFile(arguments.input, log);
+    if (const std::string why = NotDenoisableReason(render); !why.empty())
+        throw MakeError(ErrorKind::BadInput, "{} cannot be denoised: {}", arguments.input, why);
+    if (render.denoising.albedo.empty())
+        console.log.Warn(
+            Text("{} has no channels of --aov denoising, with which less noise and more detail "
+                 "would be left",
+                 arguments.input));
+    const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
+    const image::Image8 display = Denoise(*device, render, DisplayOf(arguments));
+    console.log.RequireValid();
+    OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
+    for (const OutputFile& output : arguments.outputs)
+        outputs.Add(output.path, [&] {
+            if (output.kind == OutputKind::Png)
+                image::WritePng(output.path, display);
+            else
+                WriteRenderFile(output.path, render, log);
+        });
+    outputs.WriteAll();
+    if (!arguments.isQuiet)
+        for (const std::filesystem::path& file : outputs.Written()) PrintLine(file.string());
+    return outputs.Result();
+}
+
+}  // namespace raygraph::cli
