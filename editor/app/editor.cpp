@@ -120,7 +120,8 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     const TextureId picture = m_work.view.Declare();
     const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
     if (!m_pictureFile.empty() && picture.IsValid() && !m_work.view.Progress().isPreview)
-        m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
+        m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false,
+                            m_work.view.Progress().denoisedSamples});
     if (!m_windowFile.empty())
         m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
                             renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
@@ -339,6 +340,10 @@ void Editor::StatusBar(float top, float width, float height) {
     ImGui::TextDisabled("%ux%u  %u samples  %.1f ms", size.width, size.height,
                         viewport::ShowsPathTraced(view) ? progress.pathTracedSamples : progress.rasterSamples,
                         m_work.view.LastFrameMs());
+    if (progress.denoisedSamples > 0) {
+        ImGui::SameLine();
+        ImGui::TextDisabled("denoised at %u", progress.denoisedSamples);
+    }
     if (IsMeasured(view))
         if (const std::optional<viewport::CompareNumbers> numbers = m_work.view.Numbers()) {
             ImGui::SameLine();
@@ -387,7 +392,7 @@ void Editor::Perform(Action action) {
         case Action::SavePicture:
             return ShowSavePictureDialog();
         case Action::Screenshot:
-            return SavePicture("raygraph.png");
+            return SavePicture(PictureName("raygraph"));
         case Action::Quit:
             return Leave();
         case Action::Undo:
@@ -638,10 +643,14 @@ void Editor::ShowOpenDialog() {
                  [this](const std::filesystem::path& file) { Open(file); });
 }
 
+std::string Editor::PictureName(const std::string& stem) const {
+    return stem + (m_work.view.Progress().denoisedSamples > 0 ? "-denoised.png" : ".png");
+}
+
 void Editor::ShowSavePictureDialog() {
     const std::string name = m_work.document.File().stem().string();
     m_dialog.Ask("Save the picture", "As shown: .png. Linear, with variance and AOVs: .exr",
-                 PathDialog::For::Writing, (name.empty() ? "raygraph" : name) + ".png",
+                 PathDialog::For::Writing, PictureName(name.empty() ? "raygraph" : name),
                  [this](const std::filesystem::path& file) { SavePicture(file); });
 }
 
@@ -734,7 +743,11 @@ void Editor::FinishSaving() {
     std::erase_if(m_saving, [&](const Saving& saving) {
         if (!saving.texels.IsReady()) return false;
         WriteBeside([this, saving]() -> Worker::Finish {
-            const std::string note = NoteFor(saving.file);
+            const std::string denoised =
+                saving.denoisedSamples > 0
+                    ? Text(", denoised from {}", Counted(saving.denoisedSamples, "sample"))
+                    : "";
+            const std::string note = denoised + NoteFor(saving.file);
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
             return [this, text = Text("saved {}{}", saving.file, note)] { ReportSaved(text); };
         });
@@ -750,7 +763,8 @@ void Editor::FinishSaving() {
                 shown.input.hash = content.hash;
                 const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
                 const image::ExrThreads threads;
-                const std::string note = NoteFor(saving.file);
+                const std::string note =
+                    (render.denoised.empty() ? "" : ", with a denoised picture") + NoteFor(saving.file);
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content,
                         text = Text("saved {}, {}{}", saving.file,

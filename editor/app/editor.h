@@ -70,6 +70,8 @@ class Editor {
     void MenuBar();
     void ShowOpenDialog();
     void ShowSavePictureDialog();
+    // Returns `stem` as the suggested name of a .png, which says if the picture is denoised.
+    std::string PictureName(const std::string& stem) const;
     void ShowSaveSceneDialog();
     float LowerPanels(float left, float right, float bottom);
     float TimelineStrip(float left, float right, float bottom);
@@ -136,7 +138,8 @@ class Editor {
     struct Saving {
         std::filesystem::path file;
         Readback texels;
-        bool isSwapped = false;  // BGRA texels
+        bool isSwapped = false;        // BGRA texels
+        uint32_t denoisedSamples = 0;  // ViewportProgress::denoisedSamples
     };
     std::vector<Saving> m_saving;
     struct SavingRender {

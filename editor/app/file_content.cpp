@@ -65,6 +65,7 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
     session::RenderFile render = session::DescribeRender(source, settings, device);
     render.radiance = std::move(picture.mean);
     render.variance = std::move(picture.variance);
+    render.denoised = std::move(picture.denoised);
     render.sums.radiance = std::move(picture.sums);
     render.albedo = std::move(picture.albedo);
     render.normal = std::move(picture.normal);

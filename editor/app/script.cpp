@@ -194,6 +194,12 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        editor.Work().view.SetShow(show);
                        frame();
                    },
+                   [&](const SetDenoised& command) {
+                       viewport::ShowSettings show = editor.Work().view.Show();
+                       show.isDenoised = command.isOn;
+                       editor.Work().view.SetShow(show);
+                       frame();
+                   },
                    [&](const ShowVariant& command) {
                        Workspace& work = editor.Work();
                        const scene::SceneData& scene = work.document.Scene();
@@ -396,6 +402,7 @@ class LineReader {
         if (verb == "view") return ShowView{ViewOf(Rest(1))};
         if (verb == "compare")
             return CompareWith{ChoiceOf<viewport::Compared>(Word(1), "picture to compare")};
+        if (verb == "denoise" && (Word(1) == "on" || Word(1) == "off")) return SetDenoised{Word(1) == "on"};
         if (verb == "variant") return ShowVariant{Rest(1)};
         if (verb == "play") return PlayFor{Number(Word(1), 0.0f, 600.0f)};
         if (verb == "time") return ShowTime{Number(Word(1), 0.0f, 1e6f)};

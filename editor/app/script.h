@@ -13,6 +13,7 @@
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
 //   compare real-time      what views compare with the path-traced picture; compare raster
+//   denoise on             of the path-traced view; denoise off
 //   variant NAME           shows it, by name or index; none: the materials without one
 //   clips walk:0.3,run     those of the animations that are on; all: all of them
 //   play SECONDS           plays for so long, a 60th of a second a frame, then pauses
@@ -98,6 +99,9 @@ struct ShowView {
 struct CompareWith {
     viewport::Compared compared;
 };
+struct SetDenoised {
+    bool isOn;
+};
 struct ShowVariant {
     std::string choice;  // name or index
 };
@@ -137,8 +141,8 @@ struct Expectation {
 using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
                  TypeText, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
-                 UseConfigFolder, SaveSceneFile, ShowView, CompareWith, ShowVariant, PlayFor, ShowTime,
-                 StopPlaying, ChooseClips, SetBaseColor, Expectation>;
+                 UseConfigFolder, SaveSceneFile, ShowView, CompareWith, SetDenoised, ShowVariant, PlayFor,
+                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

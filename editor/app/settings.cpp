@@ -39,6 +39,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
     visitor.In("view", [&](const Visitor& view) {
         view.Choice("view", settings.show.view);
         view.Choice("compared", settings.show.compared);
+        view.Flag("denoise", settings.show.isDenoised);
         view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
         view.Number("exposure", settings.show.tonemap.exposureEv, kExposureRange);
         view.Number("wipe", settings.show.wipePosition, kWipeRange);

@@ -48,7 +48,7 @@ inline constexpr Range kErrorRange{0.01f, 2.0f};
 struct Settings {
     Panels panels;
     rhi::Extent2D window{1440, 900};  // points
-    viewport::ShowSettings show;      // stored: view, compared, wipe, exposure, operator, maxError
+    viewport::ShowSettings show;  // stored: view, compared, isDenoised, wipe, exposure, operator, maxError
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;

@@ -61,6 +61,7 @@ void SettingsPanel(Workspace& work) {
     ImGui::PushItemWidth(-90.0f);
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
+    if (show.view == viewport::View::PathTraced) ImGui::Checkbox("denoise", &show.isDenoised);
     if (viewport::IsComparison(show.view)) Choose("compared", show.compared);
     if (show.view == viewport::View::Wipe)
         ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.min, kWipeRange.max);

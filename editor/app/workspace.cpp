@@ -150,6 +150,7 @@ Settings Workspace::SettingsToSave() const {
     const viewport::ShowSettings& show = view.Show();
     settings.show.view = show.view;
     settings.show.compared = show.compared;
+    settings.show.isDenoised = show.isDenoised;
     settings.show.wipePosition = show.wipePosition;
     settings.show.tonemap = show.tonemap;
     settings.show.maxError = show.maxError;

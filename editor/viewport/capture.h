@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct CaptureResult {
     passes::ExactSums sums;   // sums of the samples, with squares; another renderer can continue from them
     std::vector<float> mean;  // w: coverage
     std::vector<float> variance;  // variance of one sample; w is undefined
+    std::vector<float> denoised;  // ShowSettings::isDenoised: the mean, denoised; else empty
     // The surface at the center of each pixel (passes::PrimaryHits).
     std::vector<float> albedo;       // w is undefined
     std::vector<float> normal;       // world space; w is undefined
@@ -46,10 +48,12 @@ using Capture = Pending<CaptureResult>;
 class RAYGRAPH_API CaptureRequests {
   public:
     Capture Request() { return m_captures.Ask({}); }
+    bool HasUnanswered() { return m_captures.HasUnanswered(); }
     // Describes what the open frame shows, with what it adds.
     struct Shown {
         passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;
+        std::optional<TextureId> denoised;
         bool isRaster = false;
         scene::CameraView camera;
         LensSettings lens;

@@ -1,5 +1,6 @@
 #include "editor/viewport/compare_view.h"
 
+#include "editor/viewport/kept_display.h"
 #include "passes/compare.h"
 #include "passes/flip.h"
 
@@ -9,20 +10,6 @@ namespace {
 
 // Older requests are dropped, since a host may never ask for numbers.
 constexpr size_t kMaxPending = 8;
-
-// Copies a map into a texture that persists over frames.
-TextureId Keep(Renderer& renderer, TextureId map, TextureId kept) {
-    renderer.AddPass(
-        "KeepError", PassKind::Transfer,
-        [&](PassBuilder& pass) {
-            pass.CopiesFrom(map);
-            kept = pass.CopiesTo(kept);
-        },
-        [map, kept](CommandList& commands, const PassResources& resources) {
-            commands.CopyTexture(resources.Texture(map), resources.Texture(kept));
-        });
-    return kept;
-}
 
 }  // namespace
 

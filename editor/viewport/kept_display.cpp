@@ -28,6 +28,21 @@ Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
 
 }  // namespace
 
+TextureId Keep(Renderer& renderer, TextureId picture, TextureId kept, std::function<void()> onSubmitted) {
+    renderer.AddPass(
+        "KeepPicture", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(picture);
+            kept = pass.CopiesTo(kept);
+        },
+        [picture, kept, onSubmitted = std::move(onSubmitted)](CommandList& commands,
+                                                              const PassResources& resources) {
+            commands.CopyTexture(resources.Texture(picture), resources.Texture(kept));
+            if (onSubmitted) commands.OnSubmitted(onSubmitted);
+        });
+    return kept;
+}
+
 // Returns whether only this frame's tiles are missing.
 bool CachedDisplay::IsValid(const Source& source, const Key& now) const {
     if (!m_made) return false;

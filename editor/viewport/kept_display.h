@@ -2,6 +2,7 @@
 // changed.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,10 @@
 #include "passes/tonemap.h"
 
 namespace raygraph::viewport {
+
+// Copies a picture into a texture of the same description that persists over frames; returns its new version.
+// `onSubmitted` runs when the pass has been submitted.
+TextureId Keep(Renderer& renderer, TextureId picture, TextureId kept, std::function<void()> onSubmitted = {});
 
 class CachedDisplay {
   public:

@@ -18,9 +18,11 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       pathTraced(desc.name),
       raster(desc.name),
       realTime(desc.name),
+      denoised(desc.name + ".denoised"),
       pathTracedDisplay(desc.name + ".path-traced.display"),
       rasterDisplay(desc.name + ".raster.display"),
       realTimeDisplay(desc.name + ".real-time.display"),
+      denoisedDisplay(desc.name + ".denoised.display"),
       compare(desc.name),
       outline(desc.name + ".outline"),
       realTimeErrors(desc.name + ".real-time.errors") {}
@@ -35,6 +37,8 @@ Viewport::~Viewport() {
     m_impl->raster.Release(m_impl->renderer);
     m_impl->realTime.Release(m_impl->renderer);
     m_impl->realTimeDisplay.Release(m_impl->renderer);
+    m_impl->denoised.Release(m_impl->renderer);
+    m_impl->denoisedDisplay.Release(m_impl->renderer);
     m_impl->pathTracedDisplay.Release(m_impl->renderer);
     m_impl->rasterDisplay.Release(m_impl->renderer);
     m_impl->compare.Release(m_impl->renderer);
@@ -136,6 +140,9 @@ TextureId Viewport::DeclareLastPicture() {
     if (shown.view == View::RealTime || ComparesRealTime(shown))
         if (const TextureId kept = m_impl->realTimeDisplay.DeclareLast(m_impl->renderer); kept.IsValid())
             return kept;
+    if (Progress().denoisedSamples > 0)
+        if (const TextureId kept = m_impl->denoisedDisplay.DeclareLast(m_impl->renderer); kept.IsValid())
+            return kept;
     const CachedDisplay& first = ShowsRaster(shown) ? m_impl->rasterDisplay : m_impl->pathTracedDisplay;
     const TextureId kept = first.DeclareLast(m_impl->renderer);
     if (kept.IsValid()) return kept;
@@ -199,7 +206,10 @@ ViewportProgress Viewport::Progress() const {
             .rasterSamples = m_impl->raster.Samples().SampleCount(),
             .rasterSamplesWanted = m_impl->raster.TargetSamples(),
             .coarseness = m_impl->pathTraced.Coarseness(),
-            .isPreview = m_impl->isPreview};
+            .isPreview = m_impl->isPreview,
+            .denoisedSamples = m_impl->denoisedIds.picture.IsValid()
+                                   ? m_impl->denoised.SampleCount(m_impl->pathTraced.Samples())
+                                   : 0};
 }
 
 uint32_t Viewport::ResetCount(passes::ResetCause cause) const {
@@ -298,8 +308,11 @@ void Viewport::Impl::UpdateBudgets() {
         tracing += ms;
         budget.AddTileTiming(tile.height, tile.region, ms / tile.sampleCount);
     }
+    // Denoising is rare and takes long: the frames after it are to trace as much as those before
+    const double denoising = between(timed.firstDenoising, timed.endDenoising);
+    denoised.AddTiming(denoising, budget.Expect(size.height, passes::WholeOf(size)));
     // Without tracing time, the view was culled
-    if (tracing > 0.0) budget.AddOverheadTiming(lastFrameMs - tracing);
+    if (tracing > 0.0) budget.AddOverheadTiming(lastFrameMs - tracing - denoising);
 }
 
 bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
@@ -315,6 +328,41 @@ ShowSettings Viewport::Impl::ShownAs() const {
     shown.tonemap.isOpaque = true;  // a host may blend it over its window
     shown.tonemap.isUnassociated = false;
     return shown;
+}
+
+BudgetSettings Viewport::Impl::Limits(const ShowSettings& shownAs) {
+    BudgetSettings limits = budgetSettings;
+    if (shownAs.view != View::PathTraced || !shownAs.isDenoised || IsRecent(changedAt)) return limits;
+    const passes::Accumulation& samples = pathTraced.Samples();
+    const uint32_t stop = captures.HasUnanswered() ? samples.SampleCount() + 1 : denoised.NextStop(samples);
+    limits.maxSamples = limits.maxSamples > 0 ? std::min(limits.maxSamples, stop) : stop;
+    return limits;
+}
+
+TextureId Viewport::Impl::DisplayDenoised(const SceneIds& ids, const passes::TraceSettings& settings,
+                                          const PathTracedView::Ids& traced, TextureId display,
+                                          const passes::TonemapSettings& tonemap) {
+    const passes::Accumulation& samples = pathTraced.Samples();
+    // While something changes or pipelines are made, nothing may take long
+    if (traced.isPreview || IsRecent(changedAt)) {
+        denoisedIds = denoised.DeclareLast(renderer, size, samples);
+    } else {
+        const bool isLast =
+            budgetSettings.maxSamples > 0 && samples.Declared().sampleCount >= budgetSettings.maxSamples;
+        denoisedIds = denoised.Declare(renderer, ids, settings, samples, isLast || captures.HasUnanswered(),
+                                       budgetSettings.whilePreparing == PreparingView::PathTraced);
+    }
+    if (!denoisedIds.picture.IsValid()) return display;
+    const passes::Accumulation::Progress made{.sampleCount = denoisedIds.samples, .cursor = {}};
+    const TextureId shown = denoisedDisplay.Declare(renderer,
+                                                    {.mean = denoisedIds.picture,
+                                                     .before = made,
+                                                     .after = made,
+                                                     .tiles = {},
+                                                     .resetCount = denoisedIds.version},
+                                                    tonemap);
+    // Only the denoised picture is seen, but samples go on as long as what is shown needs their display
+    return passes::Wipe(renderer, shown, display, 1.0f);
 }
 
 TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -344,7 +392,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         .canHold = pathTracedDisplay.HasLast(renderer, size),
         .gain = std::exp2(-shownAs.tonemap.exposureEv)};
     const PathTracedView::Ids traced =
-        pathTraced.Declare(renderer, ids, settings, budget, budgetSettings, IsRecent(changedAt), preview);
+        pathTraced.Declare(renderer, ids, settings, budget, Limits(shownAs), IsRecent(changedAt), preview);
     const uint64_t pixels = uint64_t{size.width} * size.height;
     const uint32_t fittingScale = budget.RasterScale(pixels);
     const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
@@ -375,6 +423,10 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                                   .finerTile = traced.finerTile,
                                                                   .isPreview = traced.isPreview},
                                                                  shownAs.tonemap);
+    denoisedIds = {};
+    if (shownAs.view == View::PathTraced && shownAs.isDenoised)
+        pictures.pathTracedDisplay =
+            DisplayDenoised(ids, settings, traced, pictures.pathTracedDisplay, shownAs.tonemap);
     const bool isRedrawn = !(drawnSamples.Submitted() == drawnSamples.Declared());
     const bool isDrawn = isRedrawn || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
@@ -388,8 +440,11 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                    .base = drawn.base,
                                                    .baseScale = drawn.baseScale},
                                                   shownAs.tonemap);
-    TimedFrame timed{
-        .frame = renderer.FrameNumber(), .firstDrawing = drawn.firstDrawing, .endDrawing = drawn.endDrawing};
+    TimedFrame timed{.frame = renderer.FrameNumber(),
+                     .firstDrawing = drawn.firstDrawing,
+                     .endDrawing = drawn.endDrawing,
+                     .firstDenoising = denoisedIds.first,
+                     .endDenoising = denoisedIds.end};
     if (ComparesRealTime(shownAs)) {
         timed.realTime = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs, false);
         // Errors are computed from floats
@@ -438,6 +493,7 @@ TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::Tra
         !renderer.PreparePipelines(filtered.first, filtered.end))
         return {};
     TimedFrame timed{.frame = renderer.FrameNumber(), .realTime = filtered};
+    denoisedIds = {};
     TextureId picture = filtered.picture;
     std::optional<PixelRequests::Shown> reference;
     const passes::Accumulation& samples = pathTraced.Samples();
@@ -461,10 +517,12 @@ void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSett
     requests.DeclarePicks(renderer, ids, settings);
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
     if (pathTracedShown) errors.Declare(renderer, pathTracedShown->samples, pathTracedShown->progress);
-    const auto answerCaptures = [&](const PixelRequests::Shown& shown, bool isRaster) {
+    const auto answerCaptures = [&](const PixelRequests::Shown& shown, bool isRaster,
+                                    const std::optional<TextureId>& denoisedPicture) {
         captures.Declare(renderer, ids, settings,
                          {.samples = shown.samples,
                           .progress = shown.progress,
+                          .denoised = denoisedPicture,
                           .isRaster = isRaster,
                           .camera = camera,
                           .lens = lens,
@@ -472,10 +530,17 @@ void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSett
                           .raster = rasterSettings,
                           .environment = scene->ShownEnvironment()});
     };
-    if (ShowsPathTraced(show.view) && pathTracedShown)
-        answerCaptures(*pathTracedShown, false);
-    else if (show.view == View::Raster && rasterShown)
-        answerCaptures(*rasterShown, true);
+    if (ShowsPathTraced(show.view) && pathTracedShown) {
+        const bool isDenoised = show.view == View::PathTraced && show.isDenoised;
+        // A picture that is to be denoised is, however long its pipelines take
+        if (!isDenoised)
+            answerCaptures(*pathTracedShown, false, {});
+        else if (denoisedIds.picture.IsValid() &&
+                 denoisedIds.samples == pathTracedShown->progress.sampleCount)
+            answerCaptures(*pathTracedShown, false, denoisedIds.picture);
+    } else if (show.view == View::Raster && rasterShown) {
+        answerCaptures(*rasterShown, true, {});
+    }
 }
 
 void Viewport::Impl::NoteTimed(const TimedFrame& timed) {

@@ -64,6 +64,9 @@ struct ViewportProgress {
     // If true, the path-traced picture of the last declared frame has no samples of the present scene,
     // because pipelines are being made (PreparingView).
     bool isPreview = false;
+    // Samples of the denoised picture that is shown (ShowSettings::isDenoised), pathTracedSamples or fewer;
+    // 0: none is.
+    uint32_t denoisedSamples = 0;
 };
 
 // Holds the difference between the path-traced picture, of so many samples, and what it is compared with.
@@ -135,7 +138,8 @@ class RAYGRAPH_API Viewport {
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
     // Requests the radiance of the raster view if that is shown, else of the path-traced one, with the
-    // surface data of its pixels. Not answered while View::Surface or a size without area is shown.
+    // surface data of its pixels. With ShowSettings::isDenoised, the frame that answers denoises it. Not
+    // answered while View::Surface or a size without area is shown.
     Capture RequestCapture();
     // Requests the error of the path-traced view; answered once it is shown and every pixel has a sample.
     NoiseRequest RequestNoise();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "editor/viewport/compare_view.h"
+#include "editor/viewport/denoised_view.h"
 #include "editor/viewport/kept_display.h"
 #include "editor/viewport/outline_view.h"
 #include "editor/viewport/path_traced_view.h"
@@ -27,6 +28,12 @@ struct Viewport::Impl {
     void Restart(passes::ResetCause cause);
     // Updates the budget's estimates with the times of earlier frames.
     void UpdateBudgets();
+    // Returns the limits of this frame's samples: it ends where their mean is denoised.
+    BudgetSettings Limits(const ShowSettings& shownAs);
+    // Returns the display of the denoised mean, or `display`, that of the mean itself, while there is none.
+    TextureId DisplayDenoised(const SceneIds& ids, const passes::TraceSettings& settings,
+                              const PathTracedView::Ids& traced, TextureId display,
+                              const passes::TonemapSettings& tonemap);
     // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
     ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
@@ -57,6 +64,7 @@ struct Viewport::Impl {
         uint64_t rasterPixels = 0;                // 0: the raster view is not shown alone
         PassId firstDrawing, endDrawing;          // passes that draw these pixels
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
+        PassId firstDenoising, endDenoising;      // equal: nothing is denoised
         RealTimeView::Ids realTime;               // pixels of 0: no frame of the real-time view was filtered
     };
     void NoteTimed(const TimedFrame& timed);
@@ -77,7 +85,9 @@ struct Viewport::Impl {
     PathTracedView pathTraced;
     RasterView raster;
     RealTimeView realTime;
-    CachedDisplay pathTracedDisplay, rasterDisplay, realTimeDisplay;
+    DenoisedView denoised;
+    DenoisedView::Ids denoisedIds;  // of the last declared frame; without a picture, it shows none
+    CachedDisplay pathTracedDisplay, rasterDisplay, realTimeDisplay, denoisedDisplay;
     CompareView compare;
     OutlineView outline;
     PixelRequests requests;

@@ -403,6 +403,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     settings.window = {1234, 777};
     settings.show.view = viewport::View::Wipe;
     settings.show.compared = viewport::Compared::RealTime;
+    settings.show.isDenoised = true;
     settings.show.wipePosition = 0.3f;
     settings.show.tonemap.exposureEv = -1.5f;
     settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);

@@ -130,6 +130,19 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     EXPECT_GT(orange, 100u);
 }
 
+TEST_F(ScriptTest, SavedPicturesSayThatTheyAreDenoised) {
+    const auto file = [&](const char* name) { return (folder.Path() / name).string(); };
+    Play(OpenCornell() + "size 160x120\nbudget 0\nview path-traced\ndenoise on\nframes 60\npicture " +
+         file("a.png") + "\nexpect message , denoised from\npicture " + file("a.exr") +
+         "\nexpect message , with a denoised picture\ndenoise off\npicture " + file("b.png") + "\n");
+    EXPECT_EQ(editor.Work().message.find("denoised"), std::string::npos);
+    const auto texels = [&](const char* name) {
+        return image::DecodeImage8(ReadFile(file(name)), name).rgba;
+    };
+    EXPECT_NE(texels("a.png"), texels("b.png"));
+    EXPECT_GT(SampleCount(session::ReadRenderFile(file("a.exr")).samples), 10u);
+}
+
 TEST_F(ScriptTest, ErrorsOfTheRealTimeViewAreMeasuredWhileTheStatisticsShowThem) {
     const RealTimeErrorHistory& errors = editor.Work().realTimeErrors;
     Play(OpenCornell() + "size 200x200\ncompare real-time\nview wipe\nsamples 2\n");

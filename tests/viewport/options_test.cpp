@@ -81,6 +81,7 @@ const ShowRow kShowRows[] = {
     {"compared",
      [](ShowSettings& s) { s.compared = viewport::Compared::RealTime; },
      {View::Wipe, View::SideBySide, View::Difference, View::RelativeError, View::Flip}},
+    {"denoised", [](ShowSettings& s) { s.isDenoised = true; }, {View::PathTraced}},
     {"wipe", [](ShowSettings& s) { s.wipePosition = 0.25f; }, {View::Wipe}},
     {"exposure", [](ShowSettings& s) { s.tonemap.exposureEv = -1.0f; }, kDisplayed},
     {"linear", [](ShowSettings& s) { s.tonemap.tonemapOperator = TonemapOperator::Linear; }, kDisplayed},
@@ -97,10 +98,10 @@ const ShowRow kShowRows[] = {
 };
 
 auto FieldsOf(ShowSettings& s) {
-    auto& [view, compared, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
+    auto& [view, compared, isDenoised, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
     auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = tonemap;
-    return std::tie(view, compared, wipePosition, exposure, tonemapOperator, isOpaque, isUnassociated,
-                    whiteBalance, surface, maxError, pixelsPerDegree);
+    return std::tie(view, compared, isDenoised, wipePosition, exposure, tonemapOperator, isOpaque,
+                    isUnassociated, whiteBalance, surface, maxError, pixelsPerDegree);
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+// DenoisedView keeps a denoised version of a viewport's path-traced picture, and decides when it is made
+// anew.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "passes/accumulate.h"
+#include "passes/trace.h"
+
+namespace raygraph::viewport {
+
+// Denoising takes as long as several samples. So it waits for about as many after a change, and from then on
+// takes at most a quarter of the device's time: of many samples, it is made anew with every quarter more.
+// Frames end with whole samples where it is made, and where the mean of the first half of the samples is
+// kept, which tells how noisy the picture is (passes/denoise.h).
+class DenoisedView {
+  public:
+    explicit DenoisedView(std::string name) : m_name(std::move(name)) {}
+
+    struct Ids {
+        TextureId picture;     // rgba32f; invalid: there is none yet
+        uint32_t samples = 0;  // of the mean from which it was made
+        uint64_t version = 0;  // differs for every picture
+        PassId first, end;     // passes that make it in this frame, from `first` to before `end`
+    };
+    // Declares the picture of a frame, after all its samples. They are all of `settings`, and have squares.
+    // `isWanted`: it is made anew if there are any new samples. Without `mayWait`, it is made once its
+    // pipelines exist.
+    Ids Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                const passes::Accumulation& samples, bool isWanted, bool mayWait);
+    // Returns the picture as it was made last, without passes.
+    Ids DeclareLast(Renderer& renderer, Extent2D extent, const passes::Accumulation& samples);
+    // Returns the number of samples with which the next frame must end at the latest.
+    uint32_t NextStop(const passes::Accumulation& samples) const;
+    // Returns the samples of the picture that is shown of these samples; 0: there is none.
+    uint32_t SampleCount(const passes::Accumulation& samples) const;
+    // Records how long the picture and a sample take on the device.
+    void AddTiming(double milliseconds, double sampleMs);
+    void Release(Renderer& renderer);
+
+    // Returns the number of samples with which a picture is made: the first one, and the next after one of
+    // `last` samples. `cost` is the time of making it over that of a sample.
+    static uint32_t First(double cost);
+    static uint32_t Next(uint32_t last, double cost);
+
+  private:
+    struct State {
+        uint64_t resetCount = 0;           // of the accumulation
+        uint32_t samples = 0;              // of the picture; 0: there is none
+        std::array<uint32_t, 2> halves{};  // samples of the means that are kept; 0: none
+    };
+    static constexpr size_t kNoHalf = 2;
+    // Returns the state, empty if the accumulation was restarted since.
+    State StateFor(const passes::Accumulation& samples) const;
+    uint32_t Due(const State& state) const;
+    std::string HalfName(size_t i) const { return m_name + (i == 0 ? ".half.0" : ".half.1"); }
+    TextureId Half(Renderer& renderer, Extent2D extent, size_t i) const;
+    // Returns which of the means is about half of so many samples; kNoHalf: none.
+    size_t HalfFor(Renderer& renderer, Extent2D extent, const State& state, uint32_t count) const;
+    // Returns the state to be changed when a frame is submitted.
+    State& StateOf(uint64_t resetCount);
+
+    std::string m_name;
+    State m_state;
+    uint64_t m_version = 0;
+    double m_cost = 10.0;  // as docs/denoise.md has measured it
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,181 @@
+// The denoised picture of a viewport: when it is made, and that the samples stay as they are.
+#include <gtest/gtest.h>
+
+#include "editor/viewport/denoised_view.h"
+#include "tests/viewport/viewport_test.h"
+
+namespace raygraph::testing::denoised_view_test {
+
+using viewport::DenoisedView;
+
+namespace {
+
+using Picture = std::vector<uint8_t>;
+
+double MeanDifference(const Picture& a, const Picture& b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum / static_cast<double>(a.size());
+}
+
+class ViewportDenoised : public VulkanTest {
+  protected:
+    ViewportDenoised() { SetDenoised(true); }
+    void SetDenoised(bool isOn) { viewed.viewport.SetShow({.isDenoised = isOn}); }
+    void Move() {
+        scene::CameraView camera = InsideBoxes();
+        camera.eye.x += 0.1;
+        viewed.viewport.SetCamera(camera);
+    }
+    bool Denoises() { return viewed.renderer.DescribePlan().find("DenoisePilot") != std::string::npos; }
+    uint32_t DenoisedSamples() const { return viewed.viewport.Progress().denoisedSamples; }
+    viewport::CaptureResult Capture() {
+        const viewport::Capture capture = viewed.viewport.RequestCapture();
+        for (int i = 0; i < 100 && !capture.IsTaken(); ++i) viewed.RenderFrames(1);
+        Device().WaitIdle();
+        return capture.Result();
+    }
+
+    ViewedScene viewed{Device()};
+};
+
+}  // namespace
+
+TEST(DenoisedViewCounts, LeaveMostOfTheTimeToSamplesAndKeepUpWithMany) {
+    EXPECT_EQ(DenoisedView::First(0.1), 4u);
+    EXPECT_EQ(DenoisedView::First(10.0), 10u) << "after as much time as it takes";
+    EXPECT_EQ(DenoisedView::Next(10, 10.0), 40u) << "a quarter of the time";
+    EXPECT_EQ(DenoisedView::Next(1000, 10.0), 1250u) << "less of it";
+    EXPECT_EQ(DenoisedView::Next(1, 0.01), 2u);
+    EXPECT_EQ(DenoisedView::Next(1, 1e30), 4000000000u);
+}
+
+TEST_F(ViewportDenoised, IsShownOnceThereAreSomeSamplesAndIsLessNoisy) {
+    viewed.RenderFrames(1);
+    EXPECT_EQ(DenoisedSamples(), 0u);
+    uint32_t frames = 1, made = 0;
+    for (; frames < 100 && DenoisedSamples() == 0; ++frames) {
+        viewed.RenderFrames(1);
+        made += Denoises() ? 1 : 0;
+    }
+    EXPECT_EQ(DenoisedSamples(), viewed.Samples());
+    EXPECT_GE(DenoisedSamples(), 4u);
+    EXPECT_EQ(made, 1u);
+    EXPECT_EQ(viewed.Samples(), frames) << "a sample a frame, as without";
+    const Picture denoised = viewed.Picture();
+    EXPECT_FALSE(Denoises()) << "it is kept";
+    EXPECT_EQ(viewed.Samples(), frames + 1) << "samples go on";
+    SetDenoised(false);
+    const Picture mean = viewed.Picture();
+    viewed.viewport.SetBudget({.samplesPerFrame = 64});
+    viewed.RenderFrames(32);
+    const Picture converged = viewed.Picture();
+    EXPECT_LT(MeanDifference(denoised, converged), 0.6 * MeanDifference(mean, converged));
+}
+
+TEST_F(ViewportDenoised, IsMadeAnewAsSamplesGrow) {
+    viewed.viewport.SetBudget({.samplesPerFrame = 64});
+    uint32_t last = 0, made = 0;
+    for (int i = 0; i < 60; ++i) {
+        viewed.RenderFrames(1);
+        const uint32_t now = DenoisedSamples();
+        if (now == last) continue;
+        if (last > 0) {
+            EXPECT_GE(now, last + last / 4);
+        }
+        last = now;
+        ++made;
+    }
+    EXPECT_GE(made, 3u);
+    EXPECT_LE(made, 30u);
+    EXPECT_GT(last, viewed.Samples() / 2);
+}
+
+TEST_F(ViewportDenoised, SamplesAreThoseWithoutIt) {
+    viewed.viewport.SetBudget({.maxSamples = 16});
+    viewed.RenderFrames(20);
+    const viewport::CaptureResult denoised = Capture();
+    EXPECT_EQ(DenoisedSamples(), 16u) << "of all that there will be";
+    SetDenoised(false);
+    const Picture mean = viewed.Picture();
+    const viewport::CaptureResult plain = Capture();
+    EXPECT_EQ(denoised.sampleCount, 16u);
+    EXPECT_EQ(denoised.sums, plain.sums);
+    EXPECT_EQ(denoised.mean, plain.mean);
+    EXPECT_EQ(denoised.denoised.size(), denoised.mean.size());
+    EXPECT_NE(denoised.denoised, denoised.mean);
+    EXPECT_TRUE(plain.denoised.empty());
+    ViewedScene other(Device());
+    other.viewport.SetBudget({.samplesPerFrame = 16, .maxSamples = 16});
+    other.RenderFrames(1);
+    EXPECT_EQ(other.Picture(), mean);
+}
+
+// What noise there is follows from the mean of the first half, which one that begins to denoise late lacks.
+TEST_F(ViewportDenoised, MeanOfTheFirstHalfIsUsedWhereThereIsOne) {
+    viewed.viewport.SetBudget({.maxSamples = 16});
+    viewed.RenderFrames(20);
+    ViewedScene late(Device());
+    late.viewport.SetBudget({.maxSamples = 16});
+    late.RenderFrames(20);
+    const Picture denoised = viewed.Picture(), mean = late.Picture();
+    late.viewport.SetShow({.isDenoised = true});
+    const Picture denoisedLate = late.Picture();
+    EXPECT_NE(denoisedLate, mean);
+    EXPECT_NE(denoised, denoisedLate);
+}
+
+TEST_F(ViewportDenoised, CaptureIsDenoisedWithItsSamplesWhateverWasShown) {
+    viewed.viewport.SetBudget({.samplesPerFrame = 64});
+    viewed.RenderFrames(8);
+    const viewport::CaptureResult first = Capture(), second = Capture();
+    EXPECT_GT(second.sampleCount, first.sampleCount);
+    EXPECT_NE(first.denoised, second.denoised);
+    EXPECT_EQ(DenoisedSamples(), second.sampleCount);
+}
+
+TEST_F(ViewportDenoised, AChangeShowsTheMeanAtOnce) {
+    viewed.viewport.SetBudget({.samplesPerFrame = 64, .settleMs = 0.0});
+    viewed.RenderFrames(4);
+    ASSERT_GT(DenoisedSamples(), 0u);
+    viewed.viewport.SetBudget({.settleMs = 1e9});
+    Move();
+    viewed.RenderFrames(1);
+    EXPECT_EQ(DenoisedSamples(), 0u);
+    viewed.RenderFrames(30);
+    EXPECT_EQ(DenoisedSamples(), 0u) << "the camera may go on moving";
+    EXPECT_FALSE(Denoises());
+    viewed.viewport.SetBudget({.settleMs = 0.0});
+    viewed.RenderFrames(2);
+    EXPECT_GT(DenoisedSamples(), 30u);
+    viewed.viewport.SetSize({31, 7});
+    EXPECT_EQ(viewed.Picture().size(), size_t{4} * 31 * 7);
+    EXPECT_EQ(DenoisedSamples(), 0u);
+    viewed.RenderFrames(20);
+    EXPECT_GT(DenoisedSamples(), 0u);
+}
+
+TEST_F(ViewportDenoised, TilesOfALimitedFrameEndWithWholeSamples) {
+    viewed.viewport.SetSize({96, 64});
+    viewed.viewport.SetBudget({.frameMs = 1.0, .settleMs = 0.0});
+    for (int i = 0; i < 2000 && DenoisedSamples() == 0; ++i) viewed.RenderFrames(1);
+    EXPECT_GE(DenoisedSamples(), 4u);
+}
+
+TEST_F(ViewportDenoised, OtherViewsShowWhatTheyDidWithoutIt) {
+    for (const View view : {View::Raster, View::Wipe, View::RealTime, View::Surface}) {
+        SCOPED_TRACE(viewport::Name(view));
+        viewed.viewport.SetShow({.view = view, .isDenoised = true});
+        viewed.RenderFrames(20);
+        EXPECT_EQ(DenoisedSamples(), 0u);
+        EXPECT_FALSE(Denoises());
+    }
+}
+
+TEST_F(ViewportDenoised, NoFrameWaitsForItsPipelines) {
+    viewed.viewport.SetBudget({.whilePreparing = viewport::PreparingView::Preview, .settleMs = 0.0});
+    for (int i = 0; i < 100'000 && DenoisedSamples() == 0; ++i) viewed.RenderFrames(1);
+    EXPECT_GE(DenoisedSamples(), 4u);
+}
+
+}  // namespace raygraph::testing::denoised_view_test
