@@ -87,7 +87,7 @@ RAYGRAPH_API void Release(Renderer& renderer, RealTimeHistory& history);
 // Textures have the picture's extent. They are rgba16f, which halves the memory and the time of 32 bits: what
 // is above 65504 counts as that. A step writes to `into` where that is valid.
 
-// The surfaces that Trace's camera rays hit, for the same settings.
+// The surfaces on Trace's camera rays, for the same settings.
 struct SurfaceIds {
     // w: 1 where light looks alike from all sides, down to 0 for a mirror; 1 where nothing was hit
     TextureId albedo;
@@ -102,7 +102,8 @@ struct SceneBefore {
     BufferId instances;        // contents of SceneIds::instances
     BufferId deformedStreams;  // contents of SceneIds::deformedStreams; invalid if there are none
 };
-// `surfaces`, where valid, is what the surfaces are written to.
+// BLEND surfaces are hit where their opacity is above a half. `surfaces`, where valid, is what the surfaces are
+// written to.
 [[nodiscard]] RAYGRAPH_API SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings, const SceneBefore& before,
                                                     TextureId surfaces = {});
@@ -125,7 +126,8 @@ struct MovingMeanSettings {
                                                           const MovingMeanIds& into = {});
 
 // Returns the mean; w: the root of the variance of its luminance, as far as it is to be filtered: more of it
-// where there are few samples, by a factor of 1 + 6 / samples, and down to a tenth for mirrors.
+// where there are few samples, by a factor of 1 + 6 / samples, down to a tenth for mirrors, and all of a
+// firefly.
 [[nodiscard]] RAYGRAPH_API TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean,
                                                       TextureId albedo, TextureId into = {});
 

@@ -1,6 +1,8 @@
 // FilterLevel: a level of the edge-avoiding a-trous filter. Dammertz et al. 2010, "Edge-Avoiding A-Trous
 // Wavelet Transform for Fast Global Illumination Filtering"; guided by variance as in Schied et al. 2017,
-// "Spatiotemporal Variance-Guided Filtering". The kernel is (1/4, 1/2, 1/4) along each axis.
+// "Spatiotemporal Variance-Guided Filtering". The kernel is (1/4, 1/2, 1/4) along each axis. Unlike there,
+// what a tap's weight falls short of the kernel's counts for the pixel itself, so that two pixels exchange
+// equal parts: a bright pixel that its neighbors reject keeps what they do not take, and no light is lost.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -36,10 +38,10 @@ void main() {
     vec3 normal = NormalOf(texel);
     float depth = DepthOf(texel);
     vec3 offset = OffsetAt(film, vec2(pixel) + 0.5f, depth);
-    float fromPlane = 1.0f / (FootprintAt(film, depth) * (1.0f + kBend * float(constants.stride)));
+    float bend = 1.0f + kBend * float(constants.stride);
     float luminance = Luminance(own.xyz);
-    vec3 sum = own.xyz;
-    float variance = own.w * own.w, weights = 1.0f;
+    vec3 sum = vec3(0.0f);
+    float variance = 0.0f, weights = 0.0f;
     for (int i = 0; i < 9; ++i) {
         if (i == 4) continue;
         ivec2 step = ivec2(i % 3, i / 3) - 1;
@@ -48,16 +50,21 @@ void main() {
         uvec2 otherTexel = imageLoad(surfaces, at).xy;
         if (NumberOf(otherTexel) != number) continue;
         vec4 value = imageLoad(guided, at);
-        vec3 otherOffset = OffsetAt(film, vec2(at) + 0.5f, DepthOf(otherTexel));
-        float difference = abs(Luminance(value.xyz) - luminance);
-        float deviation = kDeviations * length(vec2(own.w, value.w)) + 1e-4f * luminance + 1e-7f;
-        float exponent = kNormal * (1.0f - dot(NormalOf(otherTexel), normal)) +
-                         max(fromPlane * abs(dot(normal, otherOffset - offset)) - 1.0f, 0.0f) +
-                         difference / deviation;
-        float weight = (step.x * step.y == 0 ? 0.5f : 0.25f) * exp(-exponent);
+        float otherDepth = DepthOf(otherTexel);
+        vec3 away = OffsetAt(film, vec2(at) + 0.5f, otherDepth) - offset, otherNormal = NormalOf(otherTexel);
+        float fromPlane = max(abs(dot(normal, away)), abs(dot(otherNormal, away))) /
+                          (bend * FootprintAt(film, min(depth, otherDepth)));
+        float otherLuminance = Luminance(value.xyz);
+        float deviation = kDeviations * length(vec2(own.w, value.w)) +
+                          1e-4f * max(luminance, otherLuminance) + 1e-7f;
+        float exponent = kNormal * (1.0f - dot(otherNormal, normal)) + max(fromPlane - 1.0f, 0.0f) +
+                         abs(otherLuminance - luminance) / deviation;
+        float weight = (step.x * step.y == 0 ? 0.125f : 0.0625f) * exp(-exponent);
         sum += weight * value.xyz;
         variance += weight * weight * value.w * value.w;
         weights += weight;
     }
-    imageStore(filtered, pixel, ToHalf(vec4(sum, sqrt(variance)) / weights, kToNearest));
+    float kept = 1.0f - weights;
+    variance += kept * kept * own.w * own.w;
+    imageStore(filtered, pixel, ToHalf(vec4(sum + kept * own.xyz, sqrt(variance)), kToNearest));
 }

@@ -27,7 +27,10 @@ layout(push_constant, scalar) uniform Constants {
 
 const float kDeviations = 1.5f;  // of its neighborhood that a color of earlier frames may be away
 
+// The contrast of the neighborhood, the squared relative deviation of its luminance, reduces the number of
+// pictures that count: so much, where it is above this.
 const float kBlur = 8.0f;
+const float kLowContrast = 0.4f;
 
 vec3 ToYCoCg(vec3 c) {
     return vec3(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z));
@@ -58,7 +61,7 @@ vec4 PictureBefore(vec2 place) {
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(picture);
     if (!IsInside(pixel, size)) return;
-    uint number;
+    uint number = NumberOf(imageLoad(surfaces, pixel).xy);
     vec3 color, sum = vec3(0.0f), squares = vec3(0.0f);
     float count = 0.0f, nearest = 3.4e38f;
     ivec2 front = pixel;
@@ -72,7 +75,6 @@ void main() {
         squares += value * value;
         count += 1.0f;
         uvec2 seen = imageLoad(surfaces, at).xy;
-        if (i == 4) number = NumberOf(seen);
         if (NumberOf(seen) != kNothingHit && DepthOf(seen) < nearest) {
             nearest = DepthOf(seen);
             front = at;
@@ -102,7 +104,8 @@ void main() {
             // A picture that is sampled between its texels is blurred. Where the edge of a bright surface is
             // near, that would be seen a pixel beside it, so that few pictures count there.
             float contrast = max(squares.x * count / (sum.x * sum.x + 1e-12f) - 1.0f, 0.0f);
-            most = 1.0f + (constants.mostMoving - 1.0f) / (1.0f + kBlur * contrast);
+            float blur = kBlur * max(contrast - kLowContrast, 0.0f);
+            most = 1.0f + (constants.mostMoving - 1.0f) / (1.0f + blur);
         }
         float frames = min(min(before.w, constants.mostBefore) + 1.0f, most);
         // The n-th picture counts n times as much as the first: each has less noise than those before

@@ -16,6 +16,12 @@ layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D guided;  // the 
 const float kUncertainty = 6.0f;  // samples
 const float kLeastNoise = 0.1f;
 const float kFewSamples = 4.0f;  // fewer say little about their variance
+// A pixel is a firefly if it is brighter than the brightest of its neighbors by the first factor (a rank
+// condition as in Hardie and Barner 1994, "Rank Conditioned Rank Selection Filters for Signal Restoration").
+// Its deviation is then its luminance times the second one: the filter distributes its light around it.
+const float kFirefly = 2.0f;
+const float kFireflyNoise = 3.0f;
+const float kLeastNeighbors = 3.0f;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(mean);
@@ -30,6 +36,7 @@ void main() {
     }
     bool areFew = own.w < kFewSamples;
     int radius = areFew ? 3 : 1;
+    float brightest = 0.0f, neighbors = 0.0f;
     float sum = 0.0f, squares = 0.0f, over = 0.0f, weights = 0.0f;
     for (int y = -radius; y <= radius; ++y)
         for (int x = -radius; x <= radius; ++x) {
@@ -40,6 +47,10 @@ void main() {
             vec4 value = imageLoad(mean, at);
             float luminance = Luminance(value.xyz), deviated = imageLoad(deviation, at).x;
             float variance = deviated * deviated;
+            if (max(abs(x), abs(y)) == 1) {
+                brightest = max(brightest, luminance);
+                neighbors += 1.0f;
+            }
             float weight = exp2(-float(abs(x) + abs(y)) / float(radius));
             sum += weight * luminance;
             squares += weight * (variance + luminance * luminance);
@@ -54,5 +65,8 @@ void main() {
     ofSample *= mix(kLeastNoise, 1.0f, dullness);
     // The variance of few samples is uncertain itself, and rather too small than too large
     ofSample *= 1.0f + kUncertainty / own.w;
-    imageStore(guided, pixel, ToHalf(vec4(own.xyz, sqrt(ofSample / own.w)), kToNearest));
+    float ofMean = sqrt(ofSample / own.w), ownLuminance = Luminance(own.xyz);
+    if (neighbors >= kLeastNeighbors && ownLuminance > kFirefly * brightest)
+        ofMean = max(ofMean, kFireflyNoise * ownLuminance);
+    imageStore(guided, pixel, ToHalf(vec4(own.xyz, ofMean), kToNearest));
 }

@@ -15,6 +15,9 @@ bool IsBackCulled(MaterialRecord material) {
 // last bit.
 bool IsBackFaceHit(uint hitKind) { return (hitKind & 1u) != 0u; }
 
+// The alpha seed of rays that BLEND surfaces stop where they are rather opaque, instead of by chance.
+const uint kAlphaSeedOfMost = 0xFFFFFFFFu;
+
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
 bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
@@ -27,7 +30,8 @@ bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentr
     // The two sides of a capsule are one primitive, but stop light independently
     uint number = instanceIndex * 0x9e3779b9u + primitive;
     if (IsRound(instance) && isBack) number = ~number;
-    return AlphaTestSample(alphaSeed, number) < opacity;
+    float threshold = alphaSeed == kAlphaSeedOfMost ? 0.5f : AlphaTestSample(alphaSeed, number);
+    return threshold < opacity;
 }
 
 #endif
