@@ -102,8 +102,8 @@ struct SceneBefore {
     BufferId instances;        // contents of SceneIds::instances
     BufferId deformedStreams;  // contents of SceneIds::deformedStreams; invalid if there are none
 };
-// BLEND surfaces are hit where their opacity is above a half. `surfaces`, where valid, is what the surfaces are
-// written to.
+// BLEND surfaces are hit where their opacity is above a half. `surfaces`, where valid, is what the surfaces
+// are written to.
 [[nodiscard]] RAYGRAPH_API SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings, const SceneBefore& before,
                                                     TextureId surfaces = {});

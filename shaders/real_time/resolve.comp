@@ -25,7 +25,7 @@ layout(push_constant, scalar) uniform Constants {
     uint frame;       // a number, for random rounding
 } constants;
 
-const float kDeviations = 1.5f;  // of its neighborhood that a color of earlier frames may be away
+const float kDeviations = 1.0f;  // of its neighborhood that a color of earlier frames may be away
 
 // The contrast of the neighborhood, the squared relative deviation of its luminance, reduces the number of
 // pictures that count: so much, where it is above this.
