@@ -167,11 +167,13 @@ TextureId Pilot(Renderer& renderer, TextureId guide, const DenoiseFeatures& feat
     return pilot;
 }
 
-DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot,
-                             const DenoiseFeatures& features) {
-    const Extent2D extent =
-        RequireComparable(renderer, "Denoise", mean,
-                          {pilot, features.target, features.albedo, features.normal}, Format::Rgba32Float);
+DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId guide, TextureId pilot,
+                             const DenoiseFeatures& features, uint32_t samples) {
+    // The fewer samples there are, the more often a variance is too low. Then a firefly is light that the
+    // neighbors miss, and all but the greatest keep their weight
+    const float trusted = std::clamp(1024.0f / static_cast<float>(samples), 4.0f, 256.0f);
+    const Extent2D extent = RequireComparable(
+        renderer, "Denoise", mean, {guide, pilot, features.albedo, features.normal}, Format::Rgba32Float);
     DenoiseCandidates candidates;
     for (TextureId& candidate : candidates)
         candidate = renderer.CreateTexture("denoise.candidate", {extent, Format::Rgba32Float});
@@ -180,10 +182,11 @@ DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot
         [&](PassBuilder& pass) {
             pass.Compute("denoise/guided.comp");
             pass.Reads("mean", mean);
-            pass.Reads("target", features.target);
+            pass.Reads("guide", guide);
             pass.Reads("pilot", pilot);
             pass.Reads("albedoFeature", features.albedo);
             pass.Reads("normalFeature", features.normal);
+            pass.Constants(trusted);
             candidates[0] = pass.Writes("detailed", candidates[0]);
             candidates[1] = pass.Writes("medium", candidates[1]);
             candidates[2] = pass.Writes("smoothed", candidates[2]);
@@ -242,9 +245,10 @@ TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const Denoise
     RequireComparable(renderer, "Denoise", inputs.mean, {inputs.variance}, Format::Rgba32Float);
     const DenoiseFeatures features = FeaturesOf(renderer, inputs);
     const TextureId noise = NoiseOfMean(renderer, inputs, features, settings);
-    const TextureId pilot =
-        Pilot(renderer, FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1), features);
-    return BlendByError(renderer, inputs, noise, Candidates(renderer, inputs.mean, pilot, features),
+    const TextureId guide = FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1);
+    const TextureId pilot = Pilot(renderer, guide, features);
+    return BlendByError(renderer, inputs, noise,
+                        Candidates(renderer, inputs.mean, guide, pilot, features, settings.samples),
                         settings.samples);
 }
 

@@ -54,15 +54,17 @@ struct DenoiseFeatures {
                                                  const DenoiseFeatures& features,
                                                  const DenoiseSettings& settings);
 
-// Returns the first fit of `guide` at each pixel, rgba32f; w of both is their variance as weights use it.
+// Returns the first fit of `guide`, the target, at each pixel, rgba32f; w of both is their variance as
+// weights use it.
 [[nodiscard]] RAYGRAPH_API TextureId Pilot(Renderer& renderer, TextureId guide,
                                            const DenoiseFeatures& features);
 
-// Estimates of the mean with larger and larger bandwidths, by weights from the first fit. w is the share that
-// the pixel's own value has in it.
+// Estimates of the mean with larger and larger bandwidths, by weights from the first fit, and less of pixels
+// that are much noisier than the fitted one. w is the share that the pixel's own value has in it.
 using DenoiseCandidates = std::array<TextureId, 3>;
-[[nodiscard]] RAYGRAPH_API DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId pilot,
-                                                        const DenoiseFeatures& features);
+[[nodiscard]] RAYGRAPH_API DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId guide,
+                                                        TextureId pilot, const DenoiseFeatures& features,
+                                                        uint32_t samples);
 
 // Mixes candidates by their estimated errors, and blends the result with the mean. `noise` is the variance of
 // the mean, more the more samples there are: estimates of the noise then tell less than those of the fit's

@@ -135,7 +135,9 @@ struct Regression {
     Extent2D extent;
     Picture target, guide, albedo, normal;
     int patchRadius;
-    double scale;  // of the variances in the guide
+    double scale;      // of the variances in the guide
+    Picture variance;  // in w; the weight of a pixel with more than `trusted` times that of another falls
+    double trusted;
 
     double Distance(int px, int py, int qx, int qy) const {
         const int width = int(extent.width), height = int(extent.height), r = patchRadius;
@@ -172,16 +174,16 @@ struct Regression {
                 const double distance = Distance(px, py, x, y);
                 if (distance >= 12.0) continue;
                 const size_t q = size_t(y) * extent.width + x;
+                const double weight =
+                    std::min(trusted * variance[4 * p + 3] / variance[4 * q + 3], 1.0) * std::exp(-distance);
                 double terms[kTerms] = {1.0};
                 for (int c = 0; c < 3; ++c) terms[1 + c] = double(albedo[4 * q + c]) - albedo[4 * p + c];
                 for (int c = 0; c < 3; ++c) terms[4 + c] = double(normal[4 * q + c]) - normal[4 * p + c];
                 terms[7] = double(x - px) / kRadius;
                 terms[8] = double(y - py) / kRadius;
                 for (int i = 0; i < kTerms; ++i) {
-                    for (int j = 0; j < kTerms; ++j)
-                        moments[i][j] += std::exp(-distance) * terms[i] * terms[j];
-                    for (int c = 0; c < 3; ++c)
-                        products[i][c] += std::exp(-distance) * terms[i] * target[4 * q + c];
+                    for (int j = 0; j < kTerms; ++j) moments[i][j] += weight * terms[i] * terms[j];
+                    for (int c = 0; c < 3; ++c) products[i][c] += weight * terms[i] * target[4 * q + c];
                 }
             }
         for (int i = 1; i < kTerms; ++i) moments[i][i] += 0.1 * moments[i][i] + 0.001 * moments[0][0] + 1e-6;
@@ -266,17 +268,21 @@ TEST_F(Denoising, RegressionsAreThoseInDoublePrecision) {
     const Extent2D extent{21, 19};
     const Picture target = Random(extent, 1, 0.0f, 2.0f), albedo = Random(extent, 4, 0.4f, 0.5f),
                   normal = Random(extent, 5, -0.1f, 0.1f), guide = Random(extent, 2, 0.1f, 1.0f);
+    Picture noisy = target;
+    for (size_t i = 3; i < noisy.size(); i += 4) noisy[i] = std::exp(4.0f * (noisy[i] - 1.0f));
     const double scales[] = {1.0, 0.7 * 0.7, 1.4 * 1.4, 2.8 * 2.8};
     for (size_t which = 0; which < 4; ++which) {  // the pilot, then candidates
         const bool isPilot = which == 0;
-        const Regression expected{extent, isPilot ? guide : target, guide,        albedo,
-                                  normal, isPilot ? 1 : 0,          scales[which]};
+        const Regression expected{
+            extent, isPilot ? guide : target, guide, albedo, normal, isPilot ? 1 : 0, scales[which],
+            noisy,  isPilot ? 1e9 : 8.0};
         const Texels out = harness.Run([&](PassHarness& h) {
             const TextureId mean = Texture("mean", extent, target), guides = Texture("guide", extent, guide);
             const DenoiseFeatures features =
                 passes::FeaturesOf(h.Graph(), Inputs(extent, {target, target, albedo, normal, {}}));
             return isPilot ? passes::Pilot(h.Graph(), guides, features)
-                           : passes::Candidates(h.Graph(), mean, guides, features)[which - 1];
+                           : passes::Candidates(h.Graph(), mean, Texture("noisy", extent, noisy), guides,
+                                                features, 128)[which - 1];
         });
         for (const auto& [x, y] : {std::pair{0, 0}, {10, 9}, {20, 18}, {3, 17}, {20, 0}}) {
             std::array<double, 4> at = expected.At(x, y);
@@ -290,6 +296,20 @@ TEST_F(Denoising, RegressionsAreThoseInDoublePrecision) {
                     << which << ": " << x << " " << y << " " << c;
         }
     }
+}
+
+TEST_F(Denoising, FireflyDoesNotSpreadOverNeighborsThatHaveLittleNoise) {
+    const Extent2D extent{15, 15};
+    Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 0.1f, 64);
+    const size_t center = 4 * (7 * 15 + 7);
+    for (size_t c = center; c < center + 3; ++c) {
+        render.mean[c] = 50.0f;
+        render.variance[c] = 64.0f * 49.0f * 49.0f;
+        render.firstHalf[c] = 99.0f;
+    }
+    const Picture out = Denoise(extent, render, 64);
+    for (const size_t i : {center - 4 * 3, center + 4 * 3, center + 4 * 3 * 15})
+        EXPECT_NEAR(out[i], 1.0f, 0.05f);
 }
 
 TEST_F(Denoising, EstimateWithTheSmallestErrorIsBlendedByWhatNoiseExplains) {
