@@ -22,7 +22,8 @@ from random_mutations import RandomMutations
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 # Quick ones first: a random mutation ends with the first test that fails. 'long' and 'threads' are not asked.
-PROGRAMS = ["unit", "image", "scene", "shading", "rhi", "graph", "passes", "denoise", "viewport", "views", "cli", "editor", "images"]
+PROGRAMS = ["unit", "image", "scene", "shading", "rhi", "graph", "passes", "denoise", "realtime", "viewport", "views", "cli",
+            "editor", "images"]
 CHUNK = 12  # tests of one process, where several processes ask the sources as they are
 MIN_LIMIT_S = 60
 LIMIT_S = 600  # of tests of which nobody knows what they take

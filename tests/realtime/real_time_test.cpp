@@ -499,6 +499,39 @@ TEST_F(RealTimeSteps, WithoutNoise_ThePictureIsTheSample) {
     }
 }
 
+// Places between pixels are sampled by weights that sum to 1.
+TEST_F(RealTimeSteps, WithoutNoise_AConstantStaysWhateverMoves) {
+    const Extent2D extent{19, 13};
+    Loop loop = Begin(extent);
+    Frame frame = StillFrame(extent, Filled(extent, {0.25f, 3.0f, 40.0f, 1.0f}));
+    for (int i = 0; i < 12; ++i) {
+        frame.motion = Filled(extent, {0.37f, -1.61f, 1, 1});
+        Advance(extent, loop, frame);
+        for (size_t p = 0; p < loop.picture.size(); ++p) {
+            if (p % 4 == 3) continue;
+            ASSERT_NEAR(loop.picture[p], frame.sample[p], 2.0f * kRounding * frame.sample[p]) << i;
+        }
+    }
+}
+
+// A noisy bright wall beside a dark one: of its light, less than a thousandth gets over the edge.
+TEST_F(RealTimeSteps, NoisyNeighbor_DoesNotLeak) {
+    const Extent2D extent{24, 16};
+    std::mt19937 generator(21);
+    std::exponential_distribution<float> bright(1.0f / 100.0f);
+    for (const Texel& beyond : {kOther, kTurned}) {
+        Loop loop = Begin(extent);
+        for (int i = 0; i < 8; ++i) {
+            Frame frame = StillFrame(
+                extent, Made(extent, [&](int x, int) { return Gray(x < 12 ? 1.0f : bright(generator)); }));
+            frame.surfaces = Made(extent, [&](int x, int) { return x < 12 ? kWall : beyond; });
+            Advance(extent, loop, frame);
+        }
+        for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 12; ++x) EXPECT_NEAR(At(loop.picture, extent, x, y), 1.0f, 0.1f) << x;
+    }
+}
+
 // A lit checker moves two pixels a frame: its history moves with it.
 TEST_F(RealTimeSteps, MovingChecker_LeavesNoGhost) {
     const Extent2D extent{48, 24};
@@ -648,6 +681,18 @@ TEST_F(RealTimeView, Still_KeepsTheEnergy) {
     const glm::dvec3 energy = picture.Mean() / mean.Mean();
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(energy[c], 1.0, 0.005);
     EXPECT_EQ(history.StillFrames(), 63u);
+}
+
+TEST_F(RealTimeView, AnySize_IsFiniteAndLit) {
+    for (const Extent2D extent : {Extent2D{1, 1}, Extent2D{3, 1}, Extent2D{1, 5}, Extent2D{9, 7}}) {
+        passes::TraceSettings settings = Settings(extent);
+        FloatImage picture;
+        for (; settings.sampleIndex < 3; ++settings.sampleIndex) picture = Frame(settings);
+        for (const glm::vec4& texel : picture.values)
+            EXPECT_TRUE(std::isfinite(texel.x + texel.y + texel.z)) << extent.width << "x" << extent.height;
+        EXPECT_GT(picture.Mean().x, 0.01);
+        accumulation.Reset(passes::ResetCause::Resize);
+    }
 }
 
 TEST_F(RealTimeView, OneFrame_HasLessNoiseThanItsSample) {
