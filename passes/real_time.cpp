@@ -163,9 +163,13 @@ TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds
     TextureId picture = TextureOr(into, renderer, "picture", extent, kColors);
     const struct {
         float mostBefore, mostMoving, mostStill;
-        uint32_t hasChanged, frame;
-    } constants{static_cast<float>(settings.mostBefore), static_cast<float>(settings.mostMoving),
-                static_cast<float>(settings.mostStill), settings.hasChanged ? 1u : 0u, settings.frame};
+        uint32_t hasChanged, isStill, frame;
+    } constants{static_cast<float>(settings.mostBefore),
+                static_cast<float>(settings.mostMoving),
+                static_cast<float>(settings.mostStill),
+                settings.hasChanged ? 1u : 0u,
+                settings.isStill ? 1u : 0u,
+                settings.frame};
     AddCompute(renderer, "ResolveMoving", "real_time/resolve.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("filtered", filtered);
         pass.Reads("albedo", seen.albedo);
@@ -202,6 +206,8 @@ class RealTimeFrame {
         const bool isFresh = renderer.IsFresh(m_before.mean.mean);
         if (m_hasInstances && !isFresh && history.m_before && history.m_before->extent == settings.extent)
             m_limit = history.m_limit.value_or(kNoLimit);
+        m_isStill = m_limit > 0 && !history.m_limit && IsSameView(history.m_before->camera, m_camera) &&
+                    history.m_before->eye == EyeOf(settings.camera);
         if (!m_hasInstances) KeepInstances();
         if (!isFresh) return;
         for (TextureId* plane :
@@ -236,6 +242,7 @@ class RealTimeFrame {
                            .mostMoving = m_of.mostFramesMoving,
                            .mostStill = m_of.mostFramesStill,
                            .hasChanged = m_history.m_limit.has_value(),
+                           .isStill = m_isStill,
                            .frame = m_settings.sampleIndex},
                           levels[1]);
         if (m_hasInstances) KeepInstances();
@@ -271,9 +278,6 @@ class RealTimeFrame {
     // moved. The pass is executed if the picture is shown, which needs what it overwrites or, in the first
     // frame, what it writes.
     void KeepInstances() {
-        const bool isStill = m_limit > 0 && !m_history.m_limit &&
-                             IsSameView(m_history.m_before->camera, m_camera) &&
-                             m_history.m_before->eye == EyeOf(m_settings.camera);
         struct Copy {
             BufferId from, to;
             uint64_t bytes;
@@ -290,7 +294,7 @@ class RealTimeFrame {
                 pass.CopiesFrom(m_scene.deformedStreams);
                 m_deformed = pass.CopiesTo(m_deformed);
             },
-            [copies, &history = m_history, isStill,
+            [copies, &history = m_history, isStill = m_isStill,
              frame = RealTimeHistory::Frame{m_settings.extent, m_camera, EyeOf(m_settings.camera)}](
                 CommandList& commands, const PassResources& resources) {
                 for (const Copy& copy : copies)
@@ -313,6 +317,7 @@ class RealTimeFrame {
     gpu::CameraRecord m_camera;
     uint32_t m_limit = 0;  // 0: there is nothing before
     bool m_hasInstances = false;
+    bool m_isStill = false;  // nothing has changed since the frame before
     BufferId m_instances, m_deformed;
     Textures m_before, m_now;
 };

@@ -141,6 +141,7 @@ struct ResolveSettings {
     uint32_t mostBefore = 0;  // pictures that count of those before
     uint32_t mostMoving = 8, mostStill = 64;
     bool hasChanged = false;  // something else than the camera has
+    bool isStill = false;     // neither the camera nor anything else has changed
     uint32_t frame = 0;       // as in MovingMeanSettings
 };
 // Multiplies by the albedo and averages with `pictureBefore`; w: the number of pictures that count. What

@@ -22,6 +22,7 @@ layout(push_constant, scalar) uniform Constants {
     float mostMoving;  // frames that count where something moves
     float mostStill;
     uint hasChanged;  // something else than the camera has
+    uint isStill;     // neither the camera nor anything else has
     uint frame;       // a number, for random rounding
 } constants;
 
@@ -30,7 +31,7 @@ const float kDeviations = 1.0f;  // of its neighborhood that a color of earlier 
 // The contrast of the neighborhood, the squared relative deviation of its luminance, reduces the number of
 // pictures that count: so much, where it is above this.
 const float kBlur = 8.0f;
-const float kLowContrast = 0.4f;
+const float kLowContrast = 0.7f;
 
 vec3 ToYCoCg(vec3 c) {
     return vec3(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z));
@@ -86,13 +87,13 @@ void main() {
     if (isStill) shift = vec2(0.0f);
     vec2 place = vec2(pixel) + 0.5f + shift;
     bool isKnown = moved.w != 0.0f && all(greaterThanEqual(place, vec2(0.0f))) &&
-                   all(lessThan(place, vec2(size))) && constants.mostBefore > 0.0f &&
-                   imageLoad(mean, pixel).w > 1.0f;
+                   all(lessThan(place, vec2(size))) && constants.mostBefore > 0.0f;
     vec4 result = vec4(color, 1.0f);
     if (isKnown) {
         vec4 before = PictureBefore(place);
-        bool isFree = isStill && constants.hasChanged == 0u &&
-                      number == NumberOf(imageLoad(surfacesBefore, pixel).xy);
+        bool isFree = constants.isStill != 0u ||
+                      (isStill && constants.hasChanged == 0u && imageLoad(mean, pixel).w > 1.0f &&
+                       number == NumberOf(imageLoad(surfacesBefore, pixel).xy));
         if (!isFree) {  // what stands still needs no clamp, which would shift its mean
             vec3 middle = sum / count;
             vec3 reach = kDeviations * sqrt(max(squares / count - middle * middle, vec3(0.0f)));

@@ -463,6 +463,19 @@ TEST_F(RealTimeSteps, ResolveMoving_Still_IsTheMeanOfAllPicturesTheLastOnesMost)
     }
 }
 
+// A pixel may show either of two surfaces by chance: the picture of both is their mean while all stands still.
+TEST_F(RealTimeSteps, ResolveMoving_StillFrame_AveragesDifferentSurfaces) {
+    const Extent2D extent{5, 4};
+    const Frame frame = StillFrame(extent, {});
+    const auto shown = [&](bool isStill) {
+        return Resolve(extent, Filled(extent, Gray(2.0f)), frame, Filled(extent, {1, 1, 1, 1}),
+                       Filled(extent, kOther), Filled(extent, {34, 34, 34, 9}),
+                       {.mostBefore = 64, .isStill = isStill})[0];
+    };
+    EXPECT_NEAR(shown(true), 28.0f, 28.0f * kRounding);  // 34 + (1 - 34) * 2 / 11
+    EXPECT_EQ(shown(false), 1.0f);                       // its neighborhood shows nothing else
+}
+
 TEST_F(RealTimeSteps, ResolveMoving_Moving_ClampsWhatItsNeighborhoodCannotBe) {
     const Extent2D extent{8, 8};
     Frame frame = StillFrame(extent, {});
