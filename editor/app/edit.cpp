@@ -74,6 +74,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     editor.Work().allowsLongFrames = true;
     if (!config.empty()) editor.SetConfigFolder(config);
     Begin(editor.Work(), options);
+    if (!options.view && !editor.StoredSettings().view) editor.Work().ChooseViewByTime();
     RunFrames(editor, screen,
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});

@@ -17,14 +17,15 @@
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;               // "": starts without a scene
-    std::string variant = {};                  // name or index of a variant of the scene; "": none
-    std::string camera = {};                   // the first camera, as in scene::ChooseView
-    std::filesystem::path root = {};           // scene::LoadOptions::root of this file and all later ones
-    std::filesystem::path environment = {};    // .hdr or .exr file of the environment map; "": none
-    DefaultLight light = DefaultLight::Auto;   // light of scenes that are opened without a map
-    std::optional<viewport::View> view = {};   // none: the stored view, or path-traced
-    std::optional<passes::View> surface = {};  // view of View::Surface; none: the stored one
+    std::filesystem::path scene;              // "": starts without a scene
+    std::string variant = {};                 // name or index of a variant of the scene; "": none
+    std::string camera = {};                  // the first camera, as in scene::ChooseView
+    std::filesystem::path root = {};          // scene::LoadOptions::root of this file and all later ones
+    std::filesystem::path environment = {};   // .hdr or .exr file of the environment map; "": none
+    DefaultLight light = DefaultLight::Auto;  // light of scenes that are opened without a map
+    // None: the stored view; in a window without one, Workspace::ChooseViewByTime.
+    std::optional<viewport::View> view = {};
+    std::optional<passes::View> surface = {};         // view of View::Surface; none: the stored one
     std::optional<viewport::Compared> compared = {};  // what views compare; none: the stored one
     scene::PointsAndLines pointsAndLines = {};        // radii in this and all later files; off: left out
     std::filesystem::path script;                     // runs this script without a window; "": opens a window

@@ -162,6 +162,7 @@ bool Editor::Draw(Screen& screen, const FrameInput& input) {
         if (!isDrawn) return false;
         HandleCaptures();
         m_work.hasDrawn = true;
+        m_work.ContinueChoosingView();
         m_droppedFrame.clear();
         return true;
     } catch (const Error& error) {
@@ -380,9 +381,8 @@ void Editor::UseBookmark(size_t slot, bool isKept) {
 
 void Editor::Perform(Action action) {
     const viewport::View view = m_work.view.Show().view;
-    const auto toggle = [&](viewport::View to) {
-        m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
-    };
+    if (view == viewport::View::PathTraced || view == viewport::View::RealTime) m_tracedView = view;
+    const auto toggle = [&](viewport::View to) { m_work.view.SetView(view == to ? m_tracedView : to); };
     if (bool Panels::*const panel = Row(action).panel) m_work.panels.*panel ^= true;
     switch (action) {
         case Action::Open:

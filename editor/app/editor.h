@@ -56,6 +56,8 @@ class Editor {
     // Reads the settings from a folder, and stores them there from then on (StoreSettings). If they cannot be
     // read, only the message changes. Without this call nothing is stored.
     void SetConfigFolder(const std::filesystem::path& folder);
+    // Returns the settings that were read there.
+    const Settings& StoredSettings() const { return m_kept; }
     // Writes the settings if they have changed; the message reports a failure.
     void StoreSettings();
     // Saves the open scene with its edits as .gltf or .glb before it returns. The new file is the open one
@@ -132,6 +134,7 @@ class Editor {
     std::optional<MouseButton> m_drag;  // button of a drag that began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
     bool m_hasMoved = false;
+    viewport::View m_tracedView = viewport::View::PathTraced;  // to which keys of other views return
     viewport::Pick m_pick;
     bool m_isPicking = false;
     std::filesystem::path m_pictureFile, m_windowFile;

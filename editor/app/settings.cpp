@@ -37,7 +37,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         window.Number("height", settings.window.height, kWindowRange);
     });
     visitor.In("view", [&](const Visitor& view) {
-        view.Choice("view", settings.show.view);
+        view.Choice("view", settings.view);
         view.Choice("compared", settings.show.compared);
         view.Flag("denoise", settings.show.isDenoised);
         view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
@@ -80,6 +80,12 @@ class Reader {
         for (const Enum known : Values<Enum>())
             if (json && IsSameName(json->get_ref<const std::string&>(), Name(known))) value = known;
     }
+    template <typename Enum>
+    void Choice(const char* key, std::optional<Enum>& value) const {
+        const Json* json = Find(key, &Json::is_string, "a text");
+        for (const Enum known : Values<Enum>())
+            if (json && IsSameName(json->get_ref<const std::string&>(), Name(known))) value = known;
+    }
     void Files(const char* key, std::vector<std::filesystem::path>& files) const {
         const Json* list = Find(key, &Json::is_array, "a list");
         if (!list) return;
@@ -115,6 +121,10 @@ class Writer {
     template <typename Enum>
     void Choice(const char* key, Enum value) const {
         m_json[key] = Name(value);
+    }
+    template <typename Enum>
+    void Choice(const char* key, const std::optional<Enum>& value) const {
+        if (value) Choice(key, *value);
     }
     void Files(const char* key, const std::vector<std::filesystem::path>& files) const {
         m_json[key] = Json::array();

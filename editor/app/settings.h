@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,9 @@ inline constexpr Range kErrorRange{0.01f, 2.0f};
 
 struct Settings {
     Panels panels;
-    rhi::Extent2D window{1440, 900};  // points
-    viewport::ShowSettings show;  // stored: view, compared, isDenoised, wipe, exposure, operator, maxError
+    rhi::Extent2D window{1440, 900};     // points
+    std::optional<viewport::View> view;  // none: the user has not chosen one
+    viewport::ShowSettings show;         // stored: compared, isDenoised, wipe, exposure, operator, maxError
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;

@@ -130,13 +130,53 @@ void Workspace::ObserveRealTime(double now) {
     m_realTimeRequestTime = now;
 }
 
+void Workspace::ChooseViewByTime() {
+    m_isChoosingView = true;
+    m_ownView = view.Show();
+}
+
+void Workspace::ContinueChoosingView() {
+    constexpr uint32_t kFrames = 16;  // the real-time view stops filtering after as many still ones
+    if (!m_isChoosingView) return;
+    viewport::ShowSettings show = view.Show();
+    if (show.view != m_ownView->view) {  // the user has chosen
+        m_isChoosingView = false;
+        return;
+    }
+    if (document.File().empty() || IsLoading()) return;
+    const viewport::ViewportProgress progress = view.Progress();
+    if (show.view != viewport::View::RealTime) {
+        show.view = viewport::View::RealTime;
+        m_realTimeFramesBefore = progress.realTimeFrames;
+    } else {
+        if (progress.realTimeFrames < m_realTimeFramesBefore + kFrames) return;
+        m_isChoosingView = false;
+        const bool isFast = progress.realTimeMs && *progress.realTimeMs <= kMostRealTimeMs;
+        if (!isFast) {
+            show.view = viewport::View::PathTraced;
+            show.isDenoised = true;
+        }
+        const std::string took =
+            progress.realTimeMs ? Text("{:.1f} ms", *progress.realTimeMs) : "unknown time";
+        device.Log().Send(
+            LogLevel::Info, log_category::kDevice,
+            Text("the view is {}: a real-time frame of {}x{} takes {}, at most {} ms are wanted",
+                 isFast ? "real-time" : "path-traced and denoised", view.Size().width, view.Size().height,
+                 took, kMostRealTimeMs));
+    }
+    view.SetShow(show);
+    m_ownView = show;
+}
+
 void Workspace::Take(const Settings& settings) {
     panels = settings.panels;
     tool = settings.tool;
     toolSpace = settings.toolSpace;
     pivot = settings.pivot;
     recent = settings.recent;
-    view.SetShow(settings.show);
+    viewport::ShowSettings show = settings.show;
+    show.view = settings.view.value_or(show.view);
+    view.SetShow(show);
 }
 
 Settings Workspace::SettingsToSave() const {
@@ -148,7 +188,8 @@ Settings Workspace::SettingsToSave() const {
     settings.recent = recent;
     // The user cannot set the other fields here
     const viewport::ShowSettings& show = view.Show();
-    settings.show.view = show.view;
+    if (!m_ownView || show.view != m_ownView->view || show.isDenoised != m_ownView->isDenoised)
+        settings.view = show.view;
     settings.show.compared = show.compared;
     settings.show.isDenoised = show.isDenoised;
     settings.show.wipePosition = show.wipePosition;

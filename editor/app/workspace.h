@@ -108,6 +108,14 @@ class Workspace {
     void Redo();
     // Records the times of the last frames; called once a frame.
     void Observe();
+    // Chooses the view by itself, once a scene is shown: the real-time one, where a frame of it takes at most
+    // kMostRealTimeMs, else the path-traced one, denoised. The log says why. A view that the user chooses
+    // meanwhile stays. Settings to be saved have no view that was chosen so.
+    void ChooseViewByTime();
+    static constexpr double kMostRealTimeMs = 100.0;
+    // Goes on with that; called after each drawn frame.
+    void ContinueChoosingView();
+    bool IsChoosingView() const { return m_isChoosingView; }
     // Applies the stored settings, except the window's.
     void Take(const Settings& settings);
     Settings SettingsToSave() const;
@@ -178,6 +186,9 @@ class Workspace {
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::NoiseRequest> m_errorRequest;
     double m_errorRequestTime = 0.0;  // time of the last request, in seconds
+    bool m_isChoosingView = false;
+    std::optional<viewport::ShowSettings> m_ownView;  // set by ChooseViewByTime; none: it was not called
+    uint32_t m_realTimeFramesBefore = 0;              // before it began to measure
     std::optional<viewport::RealTimeErrorsRequest> m_realTimeRequest;
     double m_realTimeRequestTime = 0.0;
     std::string m_refusedEdit;  // why the last edit was refused; "": it was not

@@ -129,7 +129,7 @@ struct EditArguments : OutputArguments {
     std::string variant;                   // "": no variant
     std::filesystem::path root;            // "": each scene's folder
     std::filesystem::path environment;     // "": none
-    std::optional<EditView> view;          // none: the stored view
+    std::optional<EditView> view;          // none: the stored view, or by time
     scene::PointsAndLines pointsAndLines;  // radii for this scene and all that are opened later
     SettingTexts given;                    // picture settings of the command line
     std::filesystem::path script;          // "": opens a window

@@ -51,6 +51,11 @@ void RealTimeView::AddTiming(uint64_t pixels, double milliseconds) {
     m_msPerPixel = m_msPerPixel > 0.0 ? 0.75 * m_msPerPixel + 0.25 * measured : measured;
 }
 
+std::optional<double> RealTimeView::ExpectedMs(Extent2D extent) const {
+    if (!(m_msPerPixel > 0.0)) return std::nullopt;
+    return m_msPerPixel * static_cast<double>(PixelsAt(extent, 1));
+}
+
 // A scale stays until another fits clearly better: history does not survive its change.
 void RealTimeView::ChooseScale(Extent2D extent, double limitMs) {
     if (!(limitMs > 0.0)) {

@@ -2,6 +2,7 @@
 // changes, and the kept picture once nothing has for a while.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "passes/accumulate.h"
@@ -33,6 +34,8 @@ class RealTimeView {
     void NoteChange(passes::ResetCause cause);
     // Records the time that a frame took for so many pixels.
     void AddTiming(uint64_t pixels, double milliseconds);
+    // Returns the time of a frame at full resolution by these; none before there are any.
+    std::optional<double> ExpectedMs(rhi::Extent2D extent) const;
     // Forgets these times, for another scene or other settings.
     void ResetTimings() { m_msPerPixel = 0.0; }
     // Returns the factor by which samples are coarser than the picture.

@@ -209,7 +209,9 @@ ViewportProgress Viewport::Progress() const {
             .isPreview = m_impl->isPreview,
             .denoisedSamples = m_impl->denoisedIds.picture.IsValid()
                                    ? m_impl->denoised.SampleCount(m_impl->pathTraced.Samples())
-                                   : 0};
+                                   : 0,
+            .realTimeFrames = m_impl->realTime.FrameCount(),
+            .realTimeMs = m_impl->realTime.ExpectedMs(size)};
 }
 
 uint32_t Viewport::ResetCount(passes::ResetCause cause) const {

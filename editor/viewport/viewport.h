@@ -67,6 +67,10 @@ struct ViewportProgress {
     // Samples of the denoised picture that is shown (ShowSettings::isDenoised), pathTracedSamples or fewer;
     // 0: none is.
     uint32_t denoisedSamples = 0;
+    uint32_t realTimeFrames = 0;  // frames that the real-time view has filtered so far
+    // Milliseconds that such a frame takes on the device at full resolution, as the times of earlier ones
+    // suggest; none before there are any.
+    std::optional<double> realTimeMs;
 };
 
 // Holds the difference between the path-traced picture, of so many samples, and what it is compared with.

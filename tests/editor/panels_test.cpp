@@ -401,7 +401,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     Settings settings;
     for (const PanelName& panel : kPanels) settings.panels.*panel.isShown ^= true;
     settings.window = {1234, 777};
-    settings.show.view = viewport::View::Wipe;
+    settings.view = viewport::View::Wipe;
     settings.show.compared = viewport::Compared::RealTime;
     settings.show.isDenoised = true;
     settings.show.wipePosition = 0.3f;
@@ -444,7 +444,7 @@ TEST_F(SettingsTest, FileOfAnOlderVersionIsRead) {
     expected.pivot = GizmoPivot::Origin;
     expected.panels = {.hierarchy = false, .inspector = true, .statistics = true, .graph = true};
     expected.recent = {"/scenes/a.gltf"};
-    expected.show.view = viewport::View::Raster;
+    expected.view = viewport::View::Raster;
     expected.show.tonemap = {.exposureEv = 1.5f, .tonemapOperator = TonemapOperator::AgX};
     expected.show.wipePosition = 0.75f;
     expected.show.maxError = 0.25f;
@@ -468,7 +468,7 @@ TEST_F(SettingsTest, ValuesOutOfRangeArePutIntoIt) {
     EXPECT_EQ(message, "");
     EXPECT_EQ(read.window, (rhi::Extent2D{16384, 320}));
     EXPECT_EQ(read.show.tonemap.exposureEv, 8.0f);
-    EXPECT_EQ(read.show.view, Settings().show.view);
+    EXPECT_EQ(read.view, std::nullopt);
 }
 
 TEST_F(SettingsTest, RecentFilesAreFewAndTheNewestComesFirst) {

@@ -130,6 +130,60 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     EXPECT_GT(orange, 100u);
 }
 
+class DefaultViewTest : public EditorTest {
+  protected:
+    DefaultViewTest() : EditorTest({.shaders = {}, .log = std::make_shared<LogHistory>()}) {}
+
+    // Opens a scene in a window of that size, and draws until the view has been chosen.
+    void Choose(const std::string& size, const std::string& more = {}) {
+        editor.Work().ChooseViewByTime();
+        Play("size " + size + "\nframes 3\n");
+        EXPECT_EQ(editor.Work().view.Show().view, viewport::View::PathTraced)
+            << "there is nothing to measure";
+        Play("size " + size + "\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nwait\n" +
+             more + "frames 60\n");
+        EXPECT_FALSE(editor.Work().IsChoosingView());
+    }
+    // Returns how many lines of the log say which view was chosen.
+    size_t LinesAboutIt() {
+        const std::vector<testing::MessageLog::Message> all = Log().All();
+        return static_cast<size_t>(std::ranges::count_if(all, [](const testing::MessageLog::Message& one) {
+            return one.level == LogLevel::Info && one.text.starts_with("the view is ");
+        }));
+    }
+    const size_t linesBefore = LinesAboutIt();
+    viewport::ShowSettings Shown() { return editor.Work().view.Show(); }
+};
+
+TEST_F(DefaultViewTest, IsRealTimeWhereFramesAreFast) {
+    editor.Work().panels = {};
+    Choose("120x100");
+    EXPECT_EQ(Shown().view, viewport::View::RealTime);
+    EXPECT_FALSE(Shown().isDenoised);
+    EXPECT_EQ(LinesAboutIt() - linesBefore, 1u);
+    EXPECT_LE(editor.Work().view.Progress().realTimeMs.value(), Workspace::kMostRealTimeMs);
+    EXPECT_FALSE(editor.Work().SettingsToSave().view.has_value()) << "the next start measures again";
+    Play("size 120x100\nkey R\n");
+    EXPECT_EQ(editor.Work().SettingsToSave().view, viewport::View::Raster);
+    Play("size 120x100\nkey R\nexpect view real-time\n");
+}
+
+TEST_F(DefaultViewTest, IsPathTracedAndDenoisedWhereTheyAreNot) {
+    editor.Work().panels = {};
+    Choose("2000x1200");
+    EXPECT_EQ(Shown().view, viewport::View::PathTraced);
+    EXPECT_TRUE(Shown().isDenoised);
+    EXPECT_EQ(LinesAboutIt() - linesBefore, 1u);
+    EXPECT_GT(editor.Work().view.Progress().realTimeMs.value(), Workspace::kMostRealTimeMs);
+    EXPECT_FALSE(editor.Work().SettingsToSave().view.has_value());
+}
+
+TEST_F(DefaultViewTest, IsTheUsersWhereOneWasChosen) {
+    Choose("120x100", "key R\n");
+    EXPECT_EQ(Shown().view, viewport::View::Raster);
+    EXPECT_EQ(editor.Work().SettingsToSave().view, viewport::View::Raster);
+}
+
 TEST_F(ScriptTest, SavedPicturesSayThatTheyAreDenoised) {
     const auto file = [&](const char* name) { return (folder.Path() / name).string(); };
     Play(OpenCornell() + "size 160x120\nbudget 0\nview path-traced\ndenoise on\nframes 60\npicture " +

@@ -255,7 +255,9 @@ TEST_F(ViewportRealTime, ScalesWithTheTimeOfItsFrames) {
         return pixels;
     };
     EXPECT_EQ(declare(0.0), 64u * 32);
+    EXPECT_FALSE(view.ExpectedMs({64, 32}).has_value());
     view.AddTiming(64 * 32, 100.0);
+    EXPECT_DOUBLE_EQ(view.ExpectedMs({128, 32}).value(), 200.0);
     EXPECT_EQ(declare(10.0), 16u * 8);  // 1 / 16 of the time
     EXPECT_EQ(declare(25.0), 16u * 8);  // A finer one would take all of it
     EXPECT_EQ(declare(40.0), 32u * 16);
