@@ -677,6 +677,30 @@ class RealTimeView : public VulkanTest {
         std::memcpy(shown.values.data(), values.data(), values.size() * sizeof(float));
         return shown;
     }
+    struct Seen {
+        std::vector<uint32_t> numbers;
+        std::vector<float> dullness;
+    };
+    // Returns what the camera sees where the body in the room has that material.
+    Seen SeenOf(const scene::Material& material) {
+        scene::SceneData data = Room();
+        data.materials[1] = material;
+        render.scene.SetScene(std::move(data));
+        const passes::TraceSettings settings = Settings({24, 16});
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.Declare();
+        const passes::SurfaceIds seen = passes::TraceSurfaces(
+            render.renderer, ids, settings, {passes::ParametersFor(ids, settings).camera, ids.instances, {}});
+        const Readback surfaces = render.renderer.ReadBack(seen.surfaces),
+                       albedo = render.renderer.ReadBack(seen.albedo);
+        render.renderer.Execute();
+        Seen result;
+        const std::vector<uint32_t> words = WaitForValues<uint32_t>(surfaces);
+        for (size_t i = 1; i < words.size(); i += 2) result.numbers.push_back(words[i] & 0xFFFu);
+        albedo.Wait();
+        result.dullness = ChannelOf(DecodeTexels(albedo.Bytes(), albedo.Extent(), albedo.Format()).values, 3);
+        return result;
+    }
     float SamplesAt(const FloatImage& picture, uint32_t x, uint32_t y) { return picture.At(x, y).w; }
 
     SceneRender render{Device()};
@@ -764,25 +788,34 @@ TEST_F(RealTimeView, MovedBody_TakesItsHistoryAlong) {
 // A sample hits it by chance; pixels and frames must see the same of both surfaces.
 TEST_F(RealTimeView, BlendSurface_IsSeenWhereItIsRatherOpaque) {
     const auto numbersSeen = [&](float alpha) {
-        scene::SceneData data = Room();
-        data.materials[1].alphaMode = scene::AlphaMode::Blend;
-        data.materials[1].baseColorFactor.a = alpha;
-        render.scene.SetScene(std::move(data));
-        const passes::TraceSettings settings = Settings({24, 16});
-        render.renderer.BeginFrame();
-        const SceneIds ids = render.Declare();
-        const passes::SurfaceIds seen = passes::TraceSurfaces(
-            render.renderer, ids, settings, {passes::ParametersFor(ids, settings).camera, ids.instances, {}});
-        const Readback surfaces = render.renderer.ReadBack(seen.surfaces);
-        render.renderer.Execute();
-        std::vector<uint32_t> words = WaitForValues<uint32_t>(surfaces), numbers;
-        for (size_t i = 1; i < words.size(); i += 2) numbers.push_back(words[i] & 0xFFFu);
-        return numbers;
+        scene::Material material = Lambert(glm::vec3(0.8f));
+        material.alphaMode = scene::AlphaMode::Blend;
+        material.baseColorFactor.a = alpha;
+        return SeenOf(material).numbers;
     };
     const std::vector<uint32_t> opaque = numbersSeen(1.0f), clear = numbersSeen(0.3f);
     EXPECT_EQ(numbersSeen(0.7f), opaque);
     EXPECT_NE(opaque, clear);
-    EXPECT_EQ(clear, std::vector<uint32_t>(24 * 16, clear[0]));  // The room alone
+    EXPECT_EQ(clear, std::vector<uint32_t>(clear.size(), clear[0]));  // The room alone
+}
+
+// Samples of what does not move with its surface count for few, and paint is no metal.
+TEST_F(RealTimeView, Metal_IsDullByItsRoughnessAndAnotherSurfaceThanPaint) {
+    const auto seen = [&](float metallic, float roughness) {
+        scene::Material material = Lambert(glm::vec3(0.8f));
+        material.metallicFactor = metallic;
+        material.roughnessFactor = roughness;
+        return SeenOf(material);
+    };
+    const auto leastDullness = [](const Seen& of) { return *std::ranges::min_element(of.dullness); };
+    const Seen paint = seen(0.0f, 0.1f), mirror = seen(1.0f, 0.1f), metal = seen(1.0f, 0.65f);
+    EXPECT_EQ(leastDullness(paint), 1.0f);
+    EXPECT_EQ(leastDullness(mirror), 0.0f);
+    EXPECT_NEAR(leastDullness(metal), 0.5f, 0.01f);
+    EXPECT_EQ(leastDullness(seen(1.0f, 1.0f)), 1.0f);
+    EXPECT_EQ(mirror.numbers, metal.numbers);
+    for (size_t i = 0; i < mirror.dullness.size(); ++i)
+        EXPECT_EQ(paint.numbers[i] == mirror.numbers[i], mirror.dullness[i] == 1.0f);
 }
 
 // The camera stands still: what moves on the picture are deformed vertices alone.
