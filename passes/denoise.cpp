@@ -4,6 +4,7 @@
 
 #include "base/text.h"
 #include "passes/compare.h"
+#include "passes/denoise_network.h"
 
 namespace raygraph::passes {
 
@@ -195,26 +196,38 @@ DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId guide
     return candidates;
 }
 
-TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureId noise,
-                       const DenoiseCandidates& candidates, uint32_t samples) {
-    // Without what is seen, the mean stands for it: the difference of both is 0
-    const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
-    const Extent2D extent =
-        RequireComparable(renderer, "Denoise", inputs.mean,
-                          {noise, candidates[0], candidates[1], candidates[2], seen.bySamples, seen.byAll},
-                          Format::Rgba32Float);
-    const TextureId choice = Choose(renderer, inputs.mean, noise, candidates);
+TextureId MixByError(Renderer& renderer, TextureId mean, TextureId noise,
+                     const DenoiseCandidates& candidates) {
+    const Extent2D extent = RequireComparable(
+        renderer, "Denoise", mean, {noise, candidates[0], candidates[1], candidates[2]}, Format::Rgba32Float);
+    const TextureId choice = Choose(renderer, mean, noise, candidates);
     TextureId estimate = renderer.CreateTexture("denoise.mixed", {extent, Format::Rgba32Float});
-    TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});
     renderer.AddPass(
         "DenoiseMix", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("denoise/mix.comp");
-            pass.Reads("mean", inputs.mean);
-            pass.Reads("noise", noise);
             ReadCandidates(pass, candidates);
             pass.Reads("choice", choice);
             estimate = pass.Writes("estimate", estimate);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return estimate;
+}
+
+TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureId noise, TextureId estimate,
+                       uint32_t samples) {
+    // Without what is seen, the mean stands for it: the difference of both is 0
+    const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
+    const Extent2D extent = RequireComparable(
+        renderer, "Denoise", inputs.mean, {noise, estimate, seen.bySamples, seen.byAll}, Format::Rgba32Float);
+    TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});
+    renderer.AddPass(
+        "DenoiseRemoved", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("denoise/removed.comp");
+            pass.Reads("mean", inputs.mean);
+            pass.Reads("noise", noise);
+            pass.Reads("estimate", estimate);
             removed = pass.Writes("removed", removed);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
@@ -245,11 +258,21 @@ TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const Denoise
     RequireComparable(renderer, "Denoise", inputs.mean, {inputs.variance}, Format::Rgba32Float);
     const DenoiseFeatures features = FeaturesOf(renderer, inputs);
     const TextureId noise = NoiseOfMean(renderer, inputs, features, settings);
-    const TextureId guide = FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1);
-    const TextureId pilot = Pilot(renderer, guide, features);
-    return BlendByError(renderer, inputs, noise,
-                        Candidates(renderer, inputs.mean, guide, pilot, features, settings.samples),
-                        settings.samples);
+    TextureId estimate;
+    if (settings.denoiser == Denoiser::Network) {
+        estimate = PredictDenoised(renderer, {.mean = inputs.mean,
+                                              .target = features.target,
+                                              .noise = noise,
+                                              .albedo = features.albedo,
+                                              .normal = features.normal,
+                                              .samples = settings.samples});
+    } else {
+        const TextureId guide = FirstGuide(renderer, noise, features, settings.samples < 8 ? 2 : 1);
+        const TextureId pilot = Pilot(renderer, guide, features);
+        estimate = MixByError(renderer, inputs.mean, noise,
+                              Candidates(renderer, inputs.mean, guide, pilot, features, settings.samples));
+    }
+    return BlendByError(renderer, inputs, noise, estimate, settings.samples);
 }
 
 }  // namespace raygraph::passes

@@ -6,6 +6,7 @@
 
 #include "base/api.h"
 #include "renderer/graph/renderer.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::passes {
 
@@ -25,9 +26,16 @@ struct DenoiseInputs {
     std::optional<Seen> seen;
 };
 
+// How the mean is estimated from what is around a pixel.
+#define RAYGRAPH_DENOISERS(X, Of)                               \
+    X(Of, Network, 0, "network", "trained on generated scenes") \
+    X(Of, Regression, 1, "regression", "on albedo and normals, without training")
+RAYGRAPH_CHOICE(Denoiser, RAYGRAPH_DENOISERS)
+
 struct DenoiseSettings {
     uint32_t samples = 1;       // of each pixel
     uint32_t firstSamples = 0;  // those of `firstHalf`: about half, less than `samples`
+    Denoiser denoiser = Denoiser::Network;
 };
 
 // Returns the picture, rgba32f. The radiance is regressed on albedo, normal and position (Bitterli et al.
@@ -66,11 +74,14 @@ using DenoiseCandidates = std::array<TextureId, 3>;
                                                         TextureId pilot, const DenoiseFeatures& features,
                                                         uint32_t samples);
 
-// Mixes candidates by their estimated errors, and blends the result with the mean. `noise` is the variance of
-// the mean, more the more samples there are: estimates of the noise then tell less than those of the fit's
-// error. Of a single sample, noise is a guess, and the mean is not used.
+// Mixes candidates by their estimated errors around each pixel.
+[[nodiscard]] RAYGRAPH_API TextureId MixByError(Renderer& renderer, TextureId mean, TextureId noise,
+                                                const DenoiseCandidates& candidates);
+
+// Blends an estimate of the mean, as a candidate or PredictDenoised is one, with the mean. `noise` is the
+// variance of the mean, more the more samples there are: estimates of the noise then tell less than those
+// of the estimate's error. Of a single sample, noise is a guess, and the mean is not used.
 [[nodiscard]] RAYGRAPH_API TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs,
-                                                  TextureId noise, const DenoiseCandidates& candidates,
-                                                  uint32_t samples);
+                                                  TextureId noise, TextureId estimate, uint32_t samples);
 
 }  // namespace raygraph::passes
