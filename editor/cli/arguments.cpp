@@ -124,6 +124,7 @@ CLI::App* AddDenoise(CLI::App& app, DenoiseArguments& arguments) {
                "Output file: .png (tone-mapped) or .exr (the render, and the denoised picture as denoised.R, "
                "denoised.G and denoised.B; required). May be given several times",
                arguments.outputs);
+    AddDenoiser(*denoise, arguments.denoiser);
     AddDisplay(*denoise, "K", "", arguments);
     AddDevice(*denoise, arguments.device);
     AddValidate(*denoise, arguments.isValidating);

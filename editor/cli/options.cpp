@@ -30,7 +30,7 @@ struct Group {
 const Group kGroups[] = {
     {"Output",
      {"output", "size", "crop", "view", "transparent", "exposure", "tonemap", "white-point", "exr-type",
-      "aov", "denoise", "light-group", "resume", "checkpoint", "settings-from", "report"}},
+      "aov", "denoise", "denoiser", "light-group", "resume", "checkpoint", "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
     {"Camera", {"camera", "aperture", "focus", "shutter"}},
     {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
@@ -394,6 +394,14 @@ passes::TonemapSettings DisplayOf(const DisplayArguments& arguments) {
     return display;
 }
 
+void AddDenoiser(CLI::App& app, std::optional<passes::Denoiser>& denoiser) {
+    constexpr auto kDenoisers = Texts(passes::Denoiser{});
+    SetChoices(*AddOption(app, "--denoiser", "D",
+                          "What takes the noise out: " + ListForHelp(passes::Denoiser::Network),
+                          [&](const std::string& text) { denoiser = ParseChoice<passes::Denoiser>(text); }),
+               {kDenoisers.begin(), kDenoisers.end()});
+}
+
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments) {
     const passes::TonemapSettings display = DisplayOf({});
@@ -473,6 +481,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     render->add_flag("--denoise", arguments.isDenoised,
                      Wrapped("Show a denoised picture in a .png, and add it to an .exr as denoised.R, "
                              "denoised.G and denoised.B; the others stay as they are"));
+    AddDenoiser(*render, arguments.denoiser);
     AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
     AddOption(
         *render, "--checkpoint", "MINUTES",
@@ -527,6 +536,7 @@ void CheckRender(const RenderArguments& arguments) {
             return o.kind == OutputKind::Hdr;
         }))
         Reject("--denoise is of a .png and an .exr, and none is written");
+    if (arguments.denoiser && !arguments.isDenoised) Reject("--denoiser is for --denoise, which is missing");
     if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.path == arguments.resume)

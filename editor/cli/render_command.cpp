@@ -203,6 +203,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                 settings.isAdaptive || arguments.isDenoised,
                                 .withSums = hasExr && arguments.exrType != ExrType::Half,
                                 .isDenoised = arguments.isDenoised,
+                                .denoiser = arguments.denoiser.value_or(passes::Denoiser::Network),
                                 .tonemap = display,
                                 .resumed = pictures.Resumed(),
                                 .tracing = arguments.tracing,

@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "editor/session/file/render_file_parts.h"
 #include "editor/session/settings/parse.h"
-#include "passes/denoise.h"
 #include "passes/pixel_list.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/graph/renderer.h"
@@ -24,7 +23,8 @@ std::string NotDenoisableReason(const RenderFile& render) {
     return {};
 }
 
-image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::TonemapSettings& tonemap) {
+image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::TonemapSettings& tonemap,
+                      passes::Denoiser denoiser) {
     if (const std::string why = NotDenoisableReason(render); !why.empty())
         throw MakeError(ErrorKind::BadInput, "the render cannot be denoised: {}", why);
     const uint32_t most = device.Info().maxTextureExtent;
@@ -48,8 +48,9 @@ image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::Ton
     if (!planes.firstHalf.empty()) inputs.firstHalf = upload("firstHalf", planes.firstHalf);
     if (!planes.seen.empty())
         inputs.seen = {upload("seen", planes.seen), upload("seenByAll", planes.seenByAll)};
-    const TextureId denoised = passes::Denoise(
-        renderer, inputs, {static_cast<uint32_t>(SampleCount(render.samples)), planes.firstSamples});
+    const TextureId denoised =
+        passes::Denoise(renderer, inputs,
+                        {static_cast<uint32_t>(SampleCount(render.samples)), planes.firstSamples, denoiser});
     const Readback result = renderer.ReadBack(denoised);
     const Readback shown = renderer.ReadBack(
         passes::Tonemap(renderer, denoised, WithAlphaOf(tonemap, SettingsFrom(render.settings))));

@@ -5,6 +5,7 @@
 
 #include "base/api.h"
 #include "editor/session/file/render_file.h"
+#include "passes/denoise.h"
 #include "passes/tonemap.h"
 #include "renderer/image/image.h"
 #include "rhi/device.h"
@@ -28,6 +29,7 @@ RAYGRAPH_API std::string NotDenoisableReason(const RenderFile& render);
 // the file is of half floats or was merged. Returns it as Session::Display does. Throws Error{BadInput} for
 // what cannot be denoised, and for a picture that is larger than the device's textures.
 RAYGRAPH_API image::Image8 Denoise(rhi::Device& device, RenderFile& render,
-                                   const passes::TonemapSettings& tonemap = {});
+                                   const passes::TonemapSettings& tonemap = {},
+                                   passes::Denoiser denoiser = passes::Denoiser::Network);
 
 }  // namespace raygraph::session

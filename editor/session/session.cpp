@@ -30,6 +30,7 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .isAdaptive = desc.settings.isAdaptive,
             .withSums = desc.withSums,
             .isDenoised = desc.isDenoised,
+            .denoiser = desc.denoiser,
             .batchSize = desc.batchSize,
             .raster = desc.settings.raster,
             .tonemap = WithAlphaOf(desc.tonemap, desc.settings)};

@@ -35,6 +35,7 @@
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/scene_input.h"
 #include "editor/session/settings/tracing_choice.h"
+#include "passes/denoise.h"
 #include "passes/tonemap.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/image/image.h"
@@ -52,6 +53,7 @@ struct SessionDesc {
     // (docs/denoise.md). It needs a path-traced picture with variance that is not adaptive, on one device
     // without a group.
     bool isDenoised = false;
+    passes::Denoiser denoiser = passes::Denoiser::Network;
     // The number of samples that a frame traces at once if the picture allows several: a power of two up to
     // 64; 0: as many as fill the device. It does not affect the bits.
     uint32_t batchSize = 0;

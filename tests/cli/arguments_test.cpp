@@ -80,6 +80,9 @@ TEST(Arguments, DenoisingIsOfPngAndExr) {
     ExpectUsage("render box.gltf --denoise -o a.hdr", "--denoise");
     EXPECT_TRUE(ParseRender("box.gltf --denoise -o a.hdr -o a.png").isDenoised);
     EXPECT_TRUE(ParseRender("box.gltf --denoise").isDenoised);
+    EXPECT_EQ(ParseRender("box.gltf --denoise --denoiser regression").denoiser, passes::Denoiser::Regression);
+    ExpectUsage("render box.gltf --denoiser regression", "--denoise");
+    ExpectUsage("render box.gltf --denoise --denoiser median", "median", "network", "regression");
 }
 
 TEST(Arguments, WhatIsNotGivenStaysOpen) {

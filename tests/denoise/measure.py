@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The error of denoised pictures by samples a pixel, for docs/denoise.md; needs Debian's python3-numpy.
+"""The error of pictures that each denoiser makes, by samples a pixel, for docs/denoise.md; needs python3-numpy.
 
     RAYGRAPH_ASSETS=... tests/denoise/measure.py build/release/raygraph --work /tmp/denoised [--most 1024]
 
@@ -35,13 +35,17 @@ SCENES = {
 }
 
 
-def render(arguments, scene, file, samples, seed, *more):
+def run(file, *command):
     if file.exists():
         return
     whole = file.with_suffix(".new.exr")
-    command = [arguments.program, "render", *SCENES[scene], "--size", arguments.size, "--spp", samples]
-    subprocess.run([str(a) for a in [*command, "--seed", seed, "--quiet", *more, "-o", whole]], check=True)
+    subprocess.run([str(a) for a in [*command, "--quiet", "-o", whole]], check=True)
     whole.rename(file)
+
+
+def render(arguments, scene, file, samples, seed, *more):
+    run(file, arguments.program, "render", *SCENES[scene], "--size", arguments.size, "--spp", samples, "--seed", seed,
+        *more)
 
 
 def colors(planes, prefix=""):
@@ -138,6 +142,7 @@ def flip(reference, picture):
     return (color ** (1 - numpy.sqrt(numpy.clip(feature / numpy.sqrt(2), 0, 1)))).mean()
 
 
+DENOISERS = ("network", "regression")
 SHOWN = ("nested_dielectrics", "material_row")
 
 
@@ -165,7 +170,7 @@ def main():
     arguments = parser.parse_args()
     arguments.work.mkdir(exist_ok=True)
     counts = [n for n in (4**i for i in range(8)) if n <= arguments.most]
-    rows, details, shown = [], [], []
+    rows, details, shown = {name: [] for name in DENOISERS}, [], []
     for scene in SCENES:
         name = scene.split()[0]
         references = [arguments.work / f"{name}.reference{seed}.exr" for seed in (7, 8)]
@@ -174,27 +179,33 @@ def main():
         first, second = (colors(read_planes(file)) for file in references)
         truth = 0.5 * (first + second)
         weight = 1 / (truth**2 + 0.01)
-        row = [scene]
+        gains = {denoiser: [scene] for denoiser in DENOISERS}
         for count in counts:
             file = arguments.work / f"{name}.{count}.exr"
-            render(arguments, scene, file, count, 0, "--denoise")
-            planes = read_planes(file)
-            raw, denoised = colors(planes), colors(planes, "denoised.")
-            errors = [((x - first) * (x - second) * weight).mean() for x in (raw, denoised)]
-            row.append(f"{errors[0] / errors[1]:.2f}")
+            render(arguments, scene, file, count, 0, "--aov", "denoising")
+            pictures = [colors(read_planes(file))]
+            for denoiser in DENOISERS:
+                result = file.with_suffix(f".{denoiser}.exr")
+                run(result, arguments.program, "denoise", file, "--denoiser", denoiser)
+                pictures.append(colors(read_planes(result), "denoised."))
+            errors = [((x - first) * (x - second) * weight).mean() for x in pictures]
+            for denoiser, error in zip(DENOISERS, errors[1:]):
+                gains[denoiser].append(f"{errors[0] / error:.2f}")
             if count == 64 and scene in SHOWN:
-                shown.append(numpy.concatenate([raw, denoised, truth], 1))
+                shown.append(numpy.concatenate([*pictures[:2], truth], 1))
             if count == 64:
-                details.append([scene, f"{errors[0]:.5f}", f"{errors[1]:.5f}"] +
-                               [f"{of(truth, x):.3f}" for of in (flip, ssim) for x in (raw, denoised)] +
-                               [f"{100 * (denoised.mean() / raw.mean() - 1):+.2f} %"])
-        rows.append(row)
-        print(*row, flush=True)
+                details.append([scene, *(f"{e:.5f}" for e in errors)] +
+                               [f"{of(truth, x):.3f}" for of in (flip, ssim) for x in pictures] +
+                               [f"{100 * (x.mean() / pictures[0].mean() - 1):+.2f} %" for x in pictures[1:]])
+        for denoiser in DENOISERS:
+            rows[denoiser].append(gains[denoiser])
+            print(denoiser, *gains[denoiser], flush=True)
     if arguments.picture:
         write_png(arguments.picture, numpy.concatenate(shown))
-    for head, table in ((["scene", *counts], rows),
-                        (["scene", "relMSE", "denoised", "FLIP", "denoised", "SSIM", "denoised", "energy"],
-                         details)):
+    three = ["mean", *DENOISERS]
+    for head, table in (*((["scene, " + denoiser, *counts], rows[denoiser]) for denoiser in DENOISERS),
+                        (["scene, 64 samples", *(f"{of}, {x}" for of in ("relMSE", "FLIP", "SSIM") for x in three),
+                          *(f"energy, {x}" for x in DENOISERS)], details)):
         print("\n|", " | ".join(map(str, head)), "|\n" + "|---" * len(head) + "|")
         for row in table:
             print("|", " | ".join(row), "|")

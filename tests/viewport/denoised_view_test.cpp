@@ -27,7 +27,7 @@ class ViewportDenoised : public VulkanTest {
         camera.eye.x += 0.1;
         viewed.viewport.SetCamera(camera);
     }
-    bool Denoises() { return viewed.renderer.DescribePlan().find("DenoisePilot") != std::string::npos; }
+    bool Denoises() { return viewed.renderer.DescribePlan().find("DenoiseBlend") != std::string::npos; }
     uint32_t DenoisedSamples() const { return viewed.viewport.Progress().denoisedSamples; }
     viewport::CaptureResult Capture() {
         const viewport::Capture capture = viewed.viewport.RequestCapture();

@@ -317,7 +317,8 @@ void SampleFrames::FinishPicture() {
             DeclareDenoiseInputs(radiance, albedo.mean, normal.mean, firstHalf);
         if (m_plan.aovs.Has(Aov::Denoising)) ReadBackDenoising(inputs, firstHalf.SampleCount());
         if (m_plan.isDenoised) {
-            shown = passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount()});
+            shown =
+                passes::Denoise(m_renderer, inputs, {m_submitted, firstHalf.SampleCount(), m_plan.denoiser});
             m_denoised = m_renderer.ReadBack(shown);
         }
     }

@@ -29,13 +29,14 @@ namespace raygraph::session {
 
 struct FramePlan {
     View view = View::PathTraced;
-    AovSet aovs;                            // additional outputs
-    uint32_t firstSample = 0;               // index of the picture's first sample
-    uint32_t lightGroupCount = 0;           // rendered separately; 0: none
-    bool withVariance = false;              // variance of the radiance
-    bool isAdaptive = false;                // see PictureSettings; with variance
-    bool withSums = false;                  // returns the sums of everything accumulated
-    bool isDenoised = false;                // see SessionDesc; with variance, as Aov::Denoising
+    AovSet aovs;                   // additional outputs
+    uint32_t firstSample = 0;      // index of the picture's first sample
+    uint32_t lightGroupCount = 0;  // rendered separately; 0: none
+    bool withVariance = false;     // variance of the radiance
+    bool isAdaptive = false;       // see PictureSettings; with variance
+    bool withSums = false;         // returns the sums of everything accumulated
+    bool isDenoised = false;       // see SessionDesc; with variance, as Aov::Denoising
+    passes::Denoiser denoiser = passes::Denoiser::Network;
     uint32_t batchSize = 0;                 // see SessionDesc
     passes::RasterSettings raster;          // settings of the raster view
     passes::TonemapSettings tonemap;        // settings of the display picture
