@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "editor/viewport/real_time_view.h"
+#include "renderer/graph/readback_values.h"
 #include "tests/viewport/viewport_test.h"
 
 namespace raygraph::testing::real_time_view_test {
@@ -129,6 +130,28 @@ TEST_F(ViewportRealTime, AnotherView_KeepsWhatThereIs) {
     viewed.RenderFrames(1);
     EXPECT_EQ(viewed.Samples(), 5u);
     EXPECT_EQ(viewed.AllResets(), 0u);
+}
+
+TEST_F(ViewportRealTime, TwoOfOneScene_AreEachAsIfAlone) {
+    const auto show = [](Viewport& viewport) {
+        viewport.SetCamera(InsideBoxes());
+        viewport.SetView(View::RealTime);
+    };
+    ViewedScene alone(Device(), {17, 9});
+    show(alone.viewport);
+    alone.RenderFrames(5);
+    Viewport other(viewed.renderer, viewed.scene, {.name = "other", .size = {17, 9}});
+    other.SetPaths(viewed.viewport.Paths());
+    show(other);
+    for (int i = 0; i < 5; ++i) {
+        viewed.RenderFrames(1);
+        other.RenderFrame();
+    }
+    viewed.renderer.BeginFrame();
+    const Readback readback = viewed.renderer.ReadBack(other.Declare());
+    viewed.renderer.Execute();
+    readback.Wait();
+    EXPECT_EQ(ValuesOf<uint8_t>(readback), alone.Picture());
 }
 
 TEST_F(ViewportRealTime, AnySize_IsLegal) {
