@@ -164,14 +164,16 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--work", type=pathlib.Path, required=True)
     parser.add_argument("--size", default="128x128")
+    parser.add_argument("--least", type=int, default=1, help="samples")
     parser.add_argument("--most", type=int, default=1024, help="samples")
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=list(SCENES), metavar="SCENE")
     parser.add_argument("--reference", type=int, default=256, help="samples of each reference")
     parser.add_argument("--picture", type=pathlib.Path, help="PNG")
     arguments = parser.parse_args()
     arguments.work.mkdir(exist_ok=True)
-    counts = [n for n in (4**i for i in range(8)) if n <= arguments.most]
+    counts = [n for n in (4**i for i in range(8)) if arguments.least <= n <= arguments.most]
     rows, details, shown = {name: [] for name in DENOISERS}, [], []
-    for scene in SCENES:
+    for scene in arguments.scenes:
         name = scene.split()[0]
         references = [arguments.work / f"{name}.reference{seed}.exr" for seed in (7, 8)]
         for seed, file in zip((7, 8), references):
@@ -200,7 +202,7 @@ def main():
         for denoiser in DENOISERS:
             rows[denoiser].append(gains[denoiser])
             print(denoiser, *gains[denoiser], flush=True)
-    if arguments.picture:
+    if arguments.picture and shown:
         write_png(arguments.picture, numpy.concatenate(shown))
     three = ["mean", *DENOISERS]
     for head, table in (*((["scene, " + denoiser, *counts], rows[denoiser]) for denoiser in DENOISERS),
