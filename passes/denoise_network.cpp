@@ -215,7 +215,7 @@ class NetworkFrame {
                                           : "") +
                              (m_usesLanes ? "_lanes" : "") + ".comp");
                 pass.Reads("source", source.buffer);
-                pass.Reads("skip", layer.skip > 0 ? skip.buffer : source.buffer);
+                if (!isPoint && !isStrided) pass.Reads("skip", layer.skip > 0 ? skip.buffer : source.buffer);
                 pass.Reads("weights", m_weights);
                 pass.Constants(constants);
                 result.buffer = pass.Writes("result", result.buffer);

@@ -10,10 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "denoise/denoise.glsl"
 #include "denoise/network/network.glsl"
 
-layout(set = 0, binding = 0) readonly buffer Kernels {
-    uvec2 at[];
-}
-kernels;
+layout(set = 0, binding = 0) readonly buffer Kernels { uvec2 at[]; } kernels;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D light;
 layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D result;  // w: share of the pixel's own value
 #ifndef COARSEST

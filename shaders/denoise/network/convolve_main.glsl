@@ -11,6 +11,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "denoise/network/network.glsl"
 
+#if !defined(STRIDED) && !defined(POINT)
+#define HAS_SKIP
+#endif
 #ifdef STRIDED
 const int kStride = 2;
 #else
@@ -23,29 +26,16 @@ const int kRows = 1, kColumns = kPixels;
 const int kRows = 3, kColumns = (kPixels - 1) * kStride + 3;
 #endif
 
-layout(set = 0, binding = 0) readonly buffer Source {
-    uvec2 at[];
-}
-source;
-layout(set = 0, binding = 1) readonly buffer Skip {
-    uvec2 at[];
-}
-skip;
-#ifdef LANES
-layout(set = 0, binding = 2) readonly buffer Weights {
-    float at[];
-}
-weights;
-#else
-layout(set = 0, binding = 2) readonly buffer Weights {
-    vec4 at[];
-}
-weights;
+layout(set = 0, binding = 0) readonly buffer Source { uvec2 at[]; } source;
+#ifdef HAS_SKIP
+layout(set = 0, binding = 1) readonly buffer Skip { uvec2 at[]; } skip;
 #endif
-layout(set = 0, binding = 3) writeonly buffer Result {
-    uvec2 at[];
-}
-result;
+#ifdef LANES
+layout(set = 0, binding = 2) readonly buffer Weights { float at[]; } weights;
+#else
+layout(set = 0, binding = 2) readonly buffer Weights { vec4 at[]; } weights;
+#endif
+layout(set = 0, binding = 3) writeonly buffer Result { uvec2 at[]; } result;
 
 layout(push_constant) uniform Constants {
     ivec2 size, sourceSize;
@@ -53,8 +43,7 @@ layout(push_constant) uniform Constants {
     uint firstWeight;  // in eight floats, of the layer
     uint doubling;     // 1 if the source is doubled
     float slope;       // of negative results
-}
-constants;
+} constants;
 
 vec4 sums[2 * kPixels];  // of pixels, four channels each, then the other four channels
 vec4 columns[kColumns];
@@ -133,11 +122,10 @@ void main() {
     }
     at += 1;
     ivec2 first = kStride * pixel - kRows / 2;
-    if (constants.doubling != 0u)
-        ADD(source, constants.sourceBlocks, constants.sourceSize, 1)
-    else
-        ADD(source, constants.sourceBlocks, constants.sourceSize, 0)
+    ADD(source, constants.sourceBlocks, constants.sourceSize, int(constants.doubling))
+#ifdef HAS_SKIP
     ADD(skip, constants.skipBlocks, size, 0)
+#endif
     for (int i = 0; i < kPixels; ++i) {
         if (pixel.x + i >= size.x || pixel.y >= size.y) break;
         int to = (2 * group * size.y + pixel.y) * size.x + pixel.x + i;

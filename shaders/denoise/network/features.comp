@@ -13,15 +13,11 @@ layout(set = 0, binding = 2, rgba32f) readonly uniform image2D albedo;
 layout(set = 0, binding = 3, rgba32f) readonly uniform image2D normal;
 layout(set = 0, binding = 4, r32f) readonly uniform image2D exposure;
 layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D light;
-layout(set = 0, binding = 6) writeonly buffer Planes {
-    uvec2 at[];
-}
-planes;
+layout(set = 0, binding = 6) writeonly buffer Planes { uvec2 at[]; } planes;
 
 layout(push_constant) uniform Constants {
     float samplesToMinusHalf;
-}
-constants;
+} constants;
 
 vec3 Log(vec3 value) {
     return log(1.0f + value);
