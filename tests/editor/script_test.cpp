@@ -321,7 +321,7 @@ TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
     Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey X\nframes 1\n");
     std::string message;
     const Settings kept = ReadSettings(config, message);
-    EXPECT_EQ(kept.show.view, viewport::View::Wipe);
+    EXPECT_EQ(kept.view, viewport::View::Wipe);
     EXPECT_TRUE(kept.panels.statistics);
     EXPECT_EQ(kept.tool, GizmoTool::Rotate);
     EXPECT_EQ(kept.window, (rhi::Extent2D{640, 400}));
