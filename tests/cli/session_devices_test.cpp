@@ -36,8 +36,7 @@ class SessionDevicesTest : public testing::VulkanTest {
         desc.settings.paths.biases.maxDepth = 3;
         desc.settings.paths.biases.clampIndirect = 1.0f;
         desc.settings.lightGroups = {{"lamp", {"*"}}};
-        for (const Aov aov : kAovs)
-            desc.aovs.Set(aov, CanHave(aov, desc.settings) && aov != Aov::Denoising);
+        for (const Aov aov : kAovs) desc.aovs.Set(aov, CanHave(aov, desc.settings) && aov != Aov::Denoising);
         return desc;
     }
     static SceneInput Cornell() { return LoadInput(test::SceneFile("cornell.gltf")); }
