@@ -13,10 +13,10 @@
 #include "editor/cli/outputs.h"
 #include "editor/cli/picture_list.h"
 #include "editor/cli/program_log.h"
+#include "editor/session/denoise.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/tracing_choice.h"
-#include "passes/denoise.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -54,7 +54,7 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     bool isDenoised = false;
-    std::optional<passes::Denoiser> denoiser;
+    std::optional<FileDenoiser> denoiser;
     std::string device;
     std::string devices;  // list; "": only `device`
     bool isValidating = false;
@@ -122,7 +122,7 @@ struct MergeArguments : OutputArguments {
 struct DenoiseArguments : OutputArguments, DisplayArguments {
     std::filesystem::path input;
     std::vector<OutputFile> outputs;  // .png and .exr
-    std::optional<passes::Denoiser> denoiser;
+    std::optional<FileDenoiser> denoiser;
     std::string device;
     bool isValidating = false;
 };

@@ -26,8 +26,8 @@ ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console) {
                  "would be left",
                  arguments.input));
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
-    const image::Image8 display = Denoise(*device, render, DisplayOf(arguments),
-                                          arguments.denoiser.value_or(passes::Denoiser::Network));
+    const image::Image8 display =
+        Denoise(*device, render, DisplayOf(arguments), arguments.denoiser.value_or(FileDenoiser::Network));
     console.log.RequireValid();
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
     for (const OutputFile& output : arguments.outputs)

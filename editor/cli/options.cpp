@@ -394,12 +394,12 @@ passes::TonemapSettings DisplayOf(const DisplayArguments& arguments) {
     return display;
 }
 
-void AddDenoiser(CLI::App& app, std::optional<passes::Denoiser>& denoiser) {
-    constexpr auto kDenoisers = Texts(passes::Denoiser{});
-    SetChoices(*AddOption(app, "--denoiser", "D",
-                          "What takes the noise out: " + ListForHelp(passes::Denoiser::Network),
-                          [&](const std::string& text) { denoiser = ParseChoice<passes::Denoiser>(text); }),
-               {kDenoisers.begin(), kDenoisers.end()});
+void AddDenoiser(CLI::App& app, std::optional<FileDenoiser>& denoiser) {
+    constexpr auto kDenoisers = Texts(FileDenoiser{});
+    SetChoices(
+        *AddOption(app, "--denoiser", "D", "What takes the noise out: " + ListForHelp(FileDenoiser::Network),
+                   [&](const std::string& text) { denoiser = ParseChoice<FileDenoiser>(text); }),
+        {kDenoisers.begin(), kDenoisers.end()});
 }
 
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
@@ -537,6 +537,8 @@ void CheckRender(const RenderArguments& arguments) {
         }))
         Reject("--denoise is of a .png and an .exr, and none is written");
     if (arguments.denoiser && !arguments.isDenoised) Reject("--denoiser is for --denoise, which is missing");
+    if (arguments.denoiser == FileDenoiser::Oidn)
+        Reject("--denoiser oidn is of `raygraph denoise`; give --aov denoising here, then denoise the file");
     if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.path == arguments.resume)

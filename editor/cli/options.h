@@ -44,7 +44,7 @@ void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
 void AddValidate(CLI::App& app, bool& isValidating);
 // Adds --exposure, --tonemap and --white-point; `whitePoint` is the operand of the last one.
-void AddDenoiser(CLI::App& app, std::optional<passes::Denoiser>& denoiser);
+void AddDenoiser(CLI::App& app, std::optional<FileDenoiser>& denoiser);
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments);
 // Adds --traversal and --integrator-form.

@@ -203,7 +203,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                                 settings.isAdaptive || arguments.isDenoised,
                                 .withSums = hasExr && arguments.exrType != ExrType::Half,
                                 .isDenoised = arguments.isDenoised,
-                                .denoiser = arguments.denoiser.value_or(passes::Denoiser::Network),
+                                .denoiser = static_cast<passes::Denoiser>(
+                                    arguments.denoiser.value_or(FileDenoiser::Network)),
                                 .tonemap = display,
                                 .resumed = pictures.Resumed(),
                                 .tracing = arguments.tracing,

@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "editor/session/file/render_file_parts.h"
+#include "editor/session/oidn.h"
 #include "editor/session/settings/parse.h"
 #include "passes/pixel_list.h"
 #include "renderer/graph/readback_values.h"
@@ -24,33 +25,37 @@ std::string NotDenoisableReason(const RenderFile& render) {
 }
 
 image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::TonemapSettings& tonemap,
-                      passes::Denoiser denoiser) {
+                      FileDenoiser denoiser) {
     if (const std::string why = NotDenoisableReason(render); !why.empty())
         throw MakeError(ErrorKind::BadInput, "the render cannot be denoised: {}", why);
     const uint32_t most = device.Info().maxTextureExtent;
     if (std::max(render.size.width, render.size.height) > most)
         throw MakeError(ErrorKind::BadInput, "{} pixels are more than a texture of the device has, {}x{}",
                         ToText(render.size), most, most);
+    const Texels byOidn = denoiser == FileDenoiser::Oidn ? DenoiseByOidn(render) : Texels();
     Renderer renderer(device);
     renderer.BeginFrame();
     const auto upload = [&](const char* name, const Texels& texels) {
         return passes::UploadTexels(renderer, std::as_bytes(std::span(texels)),
                                     renderer.CreateTexture(name, {render.size, Format::Rgba32Float}));
     };
-    const DenoisingPlanes& planes = render.denoising;
-    passes::DenoiseInputs inputs{
-        .mean = upload("mean", render.radiance),
-        .variance = upload("variance", render.variance),
-        .albedo = upload("albedo", planes.albedo.empty() ? render.albedo : planes.albedo),
-        .normal = upload("normal", planes.albedo.empty() ? render.normal : planes.normal),
-        .firstHalf = {},
-        .seen = {}};
-    if (!planes.firstHalf.empty()) inputs.firstHalf = upload("firstHalf", planes.firstHalf);
-    if (!planes.seen.empty())
-        inputs.seen = {upload("seen", planes.seen), upload("seenByAll", planes.seenByAll)};
-    const TextureId denoised =
-        passes::Denoise(renderer, inputs,
-                        {static_cast<uint32_t>(SampleCount(render.samples)), planes.firstSamples, denoiser});
+    const auto denoise = [&] {
+        const DenoisingPlanes& planes = render.denoising;
+        passes::DenoiseInputs inputs{
+            .mean = upload("mean", render.radiance),
+            .variance = upload("variance", render.variance),
+            .albedo = upload("albedo", planes.albedo.empty() ? render.albedo : planes.albedo),
+            .normal = upload("normal", planes.albedo.empty() ? render.normal : planes.normal),
+            .firstHalf = {},
+            .seen = {}};
+        if (!planes.firstHalf.empty()) inputs.firstHalf = upload("firstHalf", planes.firstHalf);
+        if (!planes.seen.empty())
+            inputs.seen = {upload("seen", planes.seen), upload("seenByAll", planes.seenByAll)};
+        return passes::Denoise(renderer, inputs,
+                               {static_cast<uint32_t>(SampleCount(render.samples)), planes.firstSamples,
+                                static_cast<passes::Denoiser>(denoiser)});
+    };
+    const TextureId denoised = byOidn.empty() ? denoise() : upload("denoised", byOidn);
     const Readback result = renderer.ReadBack(denoised);
     const Readback shown = renderer.ReadBack(
         passes::Tonemap(renderer, denoised, WithAlphaOf(tonemap, SettingsFrom(render.settings))));

@@ -25,11 +25,18 @@ inline passes::TonemapSettings WithAlphaOf(passes::TonemapSettings tonemap, cons
 // independent, and edges of lights stay as they are. The picture may be cropped, merged or of half floats.
 RAYGRAPH_API std::string NotDenoisableReason(const RenderFile& render);
 
+// A file is denoised by one of the denoisers of passes, which keep their numbers, or by a library.
+#define RAYGRAPH_FILE_DENOISERS(X, Of) \
+    RAYGRAPH_DENOISERS(X, Of)          \
+    X(Of, Oidn, 2, "oidn", "Open Image Denoise, if installed; only for `raygraph denoise`")
+RAYGRAPH_CHOICE(FileDenoiser, RAYGRAPH_FILE_DENOISERS)
+
 // Sets the denoised radiance, which with Aov::Denoising is that of SessionDesc::isDenoised to the bit, unless
-// the file is of half floats or was merged. Returns it as Session::Display does. Throws Error{BadInput} for
-// what cannot be denoised, and for a picture that is larger than the device's textures.
+// the file is of half floats or was merged, or the denoiser is Oidn (oidn.h). Returns it as Session::Display
+// does. Throws Error{BadInput} for what cannot be denoised, for a picture that is larger than the device's
+// textures, and where Oidn fails.
 RAYGRAPH_API image::Image8 Denoise(rhi::Device& device, RenderFile& render,
                                    const passes::TonemapSettings& tonemap = {},
-                                   passes::Denoiser denoiser = passes::Denoiser::Network);
+                                   FileDenoiser denoiser = FileDenoiser::Network);
 
 }  // namespace raygraph::session

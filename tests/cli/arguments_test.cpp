@@ -80,9 +80,10 @@ TEST(Arguments, DenoisingIsOfPngAndExr) {
     ExpectUsage("render box.gltf --denoise -o a.hdr", "--denoise");
     EXPECT_TRUE(ParseRender("box.gltf --denoise -o a.hdr -o a.png").isDenoised);
     EXPECT_TRUE(ParseRender("box.gltf --denoise").isDenoised);
-    EXPECT_EQ(ParseRender("box.gltf --denoise --denoiser regression").denoiser, passes::Denoiser::Regression);
+    EXPECT_EQ(ParseRender("box.gltf --denoise --denoiser regression").denoiser, FileDenoiser::Regression);
     ExpectUsage("render box.gltf --denoiser regression", "--denoise");
-    ExpectUsage("render box.gltf --denoise --denoiser median", "median", "network", "regression");
+    ExpectUsage("render box.gltf --denoise --denoiser median", "median", "network", "regression", "oidn");
+    ExpectUsage("render box.gltf --denoise --denoiser oidn", "raygraph denoise");
 }
 
 TEST(Arguments, WhatIsNotGivenStaysOpen) {
@@ -272,13 +273,15 @@ TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
 }
 
 TEST(Arguments, DenoiseTakesEveryOption) {
-    const auto a = std::get<DenoiseArguments>(
-        Parse("denoise a.exr -o b.png -o c.exr --exposure 1 --tonemap aces --white-point 3000 --device llvm "
-              "--validate --quiet"));
+    const auto a =
+        std::get<DenoiseArguments>(Parse("denoise a.exr -o b.png -o c.exr --denoiser oidn --exposure 1 "
+                                         "--tonemap aces --white-point 3000 --device llvm "
+                                         "--validate --quiet"));
     EXPECT_EQ(a.input, "a.exr");
     ASSERT_EQ(a.outputs.size(), 2u);
     EXPECT_EQ(a.outputs[0].kind, OutputKind::Png);
     EXPECT_EQ(a.outputs[1].path, "c.exr");
+    EXPECT_EQ(a.denoiser, FileDenoiser::Oidn);
     EXPECT_EQ(DisplayOf(a).exposureEv, 1.0f);
     EXPECT_EQ(DisplayOf(a).tonemapOperator, TonemapOperator::Aces);
     EXPECT_EQ(a.whitePoint->kelvin, 3000.0);
