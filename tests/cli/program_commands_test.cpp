@@ -9,7 +9,6 @@
 
 #include "base/text.h"
 #include "editor/session/file/image_statistics.h"
-#include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf/document.h"
 #include "renderer/scene/model/camera_view.h"
