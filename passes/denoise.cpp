@@ -259,7 +259,8 @@ TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs, const Denoise
     const DenoiseFeatures features = FeaturesOf(renderer, inputs);
     const TextureId noise = NoiseOfMean(renderer, inputs, features, settings);
     TextureId estimate;
-    if (settings.denoiser == Denoiser::Network) {
+    if (settings.denoiser == Denoiser::Network &&
+        FitsNetwork(renderer.Device().Info(), renderer.Desc(inputs.mean).extent)) {
         estimate = PredictDenoised(renderer, {.mean = inputs.mean,
                                               .target = features.target,
                                               .noise = noise,

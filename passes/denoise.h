@@ -33,9 +33,9 @@ struct DenoiseInputs {
 RAYGRAPH_CHOICE(Denoiser, RAYGRAPH_DENOISERS)
 
 struct DenoiseSettings {
-    uint32_t samples = 1;       // of each pixel
-    uint32_t firstSamples = 0;  // those of `firstHalf`: about half, less than `samples`
-    Denoiser denoiser = Denoiser::Network;
+    uint32_t samples = 1;                   // of each pixel
+    uint32_t firstSamples = 0;              // those of `firstHalf`: about half, less than `samples`
+    Denoiser denoiser = Denoiser::Network;  // of pictures that fit (FitsNetwork); else the regression
 };
 
 // Returns the picture, rgba32f. The radiance is regressed on albedo, normal and position (Bitterli et al.

@@ -55,6 +55,10 @@ Extent2D Half(Extent2D extent) {
     return {(extent.width + 1) / 2, (extent.height + 1) / 2};
 }
 
+uint64_t BytesOf(Extent2D extent, uint32_t channels) {
+    return uint64_t{2} * channels * extent.width * extent.height;
+}
+
 // Channels of a picture, as halves.
 struct Planes {
     BufferId buffer;
@@ -72,6 +76,9 @@ class NetworkFrame {
         if (weights.size() != NetworkWeightCount())
             throw MakeError(ErrorKind::Usage, "PredictDenoised: {} weights instead of {}", weights.size(),
                             NetworkWeightCount());
+        if (!FitsNetwork(renderer.Device().Info(), m_extent))
+            throw MakeError(ErrorKind::Usage, "PredictDenoised: {}x{} pixels are too many for the device",
+                            m_extent.width, m_extent.height);
         m_weights = KeepWeights(weights);
         const rhi::DeviceInfo& device = renderer.Device().Info();
         m_usesLanes = device.type == rhi::DeviceType::Cpu && device.subgroupSize % 8 == 0;
@@ -101,8 +108,7 @@ class NetworkFrame {
         return m_renderer.CreateTexture(name, {extent, format});
     }
     Planes CreatePlanes(const char* name, Extent2D extent, uint32_t channels) {
-        const uint64_t bytes = uint64_t{2} * channels * extent.width * extent.height;
-        return {m_renderer.CreateBuffer(name, {.size = bytes}), extent, channels};
+        return {m_renderer.CreateBuffer(name, {.size = BytesOf(extent, channels)}), extent, channels};
     }
 
     BufferId KeepWeights(NetworkWeights weights) {
@@ -259,6 +265,10 @@ class NetworkFrame {
 };
 
 }  // namespace
+
+bool FitsNetwork(const rhi::DeviceInfo& device, Extent2D extent) {
+    return BytesOf(Half(extent), kKernels) <= device.maxStorageBufferBytes;
+}
 
 size_t NetworkWeightCount() {
     size_t count = 0;

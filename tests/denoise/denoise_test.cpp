@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "passes/denoise_network.h"
 #include "renderer/graph/pass_harness.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -480,6 +481,35 @@ TEST_P(EachDenoiser, AnySizeIsDenoised) {
             ASSERT_EQ(out.size(), render.mean.size());
             for (const float value : out) EXPECT_NEAR(value, 1.0f, 1.0f);
         }
+}
+
+TEST_F(Denoising, PicturesThatAreTooLargeForTheNetworkGetTheRegression) {
+    // The largest planes are 112 halves of each 2 x 2 pixels
+    const auto most = static_cast<double>(Device().Info().maxStorageBufferBytes);
+    const uint32_t side = 2 * static_cast<uint32_t>(std::sqrt(most / (2 * 112)));
+    Renderer& renderer = harness.Graph();
+    for (const bool isLarger : {false, true}) {
+        const Extent2D extent{isLarger ? side + 2 : side, isLarger ? side + 2 : side};
+        EXPECT_EQ(passes::FitsNetwork(Device().Info(), extent), !isLarger);
+        renderer.BeginFrame();
+        const auto texture = [&](const char* name) {
+            TextureId cleared = renderer.CreateTexture(name, {extent, Format::Rgba32Float});
+            renderer.AddPass(
+                "Clear", PassKind::Transfer, [&](PassBuilder& pass) { cleared = pass.CopiesTo(cleared); },
+                [](CommandList&) {});
+            return cleared;
+        };
+        const DenoiseInputs inputs{.mean = texture("mean"),
+                                   .variance = texture("variance"),
+                                   .albedo = texture("albedo"),
+                                   .normal = texture("normal"),
+                                   .firstHalf = {},
+                                   .seen = {}};
+        renderer.Present(passes::Denoise(renderer, inputs, {.samples = 4}));
+        renderer.Compile();
+        EXPECT_EQ(renderer.DescribePlan().find("NetworkConvolve") == std::string::npos, isLarger);
+        renderer.DropFrame();
+    }
 }
 
 TEST_F(Denoising, WrongInputsAreUsageErrors) {
