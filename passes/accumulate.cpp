@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "base/in_parts.h"
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "renderer/graph/readback_values.h"
 #include "shaders/shared/exact_sums.h"
 
@@ -236,17 +237,15 @@ AccumulatedIds Resolve(Renderer& renderer, const Accumulation& accumulation, Tex
         uint32_t offset[2];
         uint32_t extent[2];
     };
-    renderer.AddPass(
-        "ResolveSums", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute(withVariance ? "post/resolve_counts_variance.comp" : "post/resolve_counts.comp");
-            ReadSums(pass, ids, withVariance);
-            pass.Reads("counts", counts);
-            pass.Constants(Constants{{0, 0}, {extent.width, extent.height}});
-            ids.mean = pass.Writes("mean", ids.mean);
-            if (withVariance) ids.variance = pass.Writes("variance", ids.variance);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "ResolveSums",
+               withVariance ? "post/resolve_counts_variance.comp" : "post/resolve_counts.comp", extent,
+               [&](PassBuilder& pass) {
+                   ReadSums(pass, ids, withVariance);
+                   pass.Reads("counts", counts);
+                   pass.Constants(Constants{{0, 0}, {extent.width, extent.height}});
+                   ids.mean = pass.Writes("mean", ids.mean);
+                   if (withVariance) ids.variance = pass.Writes("variance", ids.variance);
+               });
     return ids;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "renderer/graph/readback_values.h"
 
 namespace raygraph::passes {
@@ -20,31 +21,23 @@ TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float positi
     const auto column = static_cast<int32_t>(std::lround(double{place} * extent.width));
     // The line is thin, but visible on a picture of many pixels
     const int32_t lineWidth = column == 0 ? 0 : 1 + static_cast<int32_t>(extent.width / 1000);
-    renderer.AddPass(
-        "Wipe", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/wipe.comp");
-            pass.Reads("left", left);
-            pass.Reads("right", right);
-            pass.Constants(Constants{column, lineWidth});
-            display = pass.Writes("display", display);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Wipe", "post/wipe.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("left", left);
+        pass.Reads("right", right);
+        pass.Constants(Constants{column, lineWidth});
+        display = pass.Writes("display", display);
+    });
     return display;
 }
 
 TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right) {
     const Extent2D extent = RequireComparable(renderer, "SideBySide", left, right, Format::Rgba8Unorm);
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
-    renderer.AddPass(
-        "SideBySide", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/side_by_side.comp");
-            pass.Reads("left", left);
-            pass.Reads("right", right);
-            display = pass.Writes("display", display);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "SideBySide", "post/side_by_side.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("left", left);
+        pass.Reads("right", right);
+        display = pass.Writes("display", display);
+    });
     return display;
 }
 
@@ -73,16 +66,12 @@ DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b) {
     const Extent2D extent = RequireComparable(renderer, "Difference", a, b, Format::Rgba32Float);
     DifferenceIds ids{renderer.CreateTexture("difference", {extent, Format::Rgba32Float}),
                       renderer.CreateTexture("luminance", {extent, Format::R32Float})};
-    renderer.AddPass(
-        "Difference", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/difference.comp");
-            pass.Reads("a", a);
-            pass.Reads("b", b);
-            ids.difference = pass.Writes("difference", ids.difference);
-            ids.luminance = pass.Writes("luminance", ids.luminance);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Difference", "post/difference.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("a", a);
+        pass.Reads("b", b);
+        ids.difference = pass.Writes("difference", ids.difference);
+        ids.luminance = pass.Writes("luminance", ids.luminance);
+    });
     return ids;
 }
 
@@ -90,16 +79,12 @@ TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
     const Extent2D extent =
         RequireComparable(renderer, "RelativeError", reference, test, Format::Rgba32Float);
     TextureId error = renderer.CreateTexture("relativeError", {extent, Format::R32Float});
-    renderer.AddPass(
-        "RelativeError", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/relative_error.comp");
-            pass.Reads("reference", reference);
-            pass.Reads("test", test);
-            pass.Constants(minimum);
-            error = pass.Writes("error", error);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "RelativeError", "post/relative_error.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("reference", reference);
+        pass.Reads("test", test);
+        pass.Constants(minimum);
+        error = pass.Writes("error", error);
+    });
     return error;
 }
 
@@ -114,17 +99,13 @@ SquaredErrorIds RelativeSquaredError(Renderer& renderer, TextureId test, const A
     const struct {
         uint32_t sampleCount, doneRows, doneColumns, bandHeight;
     } constants{progress.sampleCount, progress.cursor.Y(), progress.cursor.X(), progress.cursor.BandHeight()};
-    renderer.AddPass(
-        "RelativeSquaredError", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/squared_error.comp");
-            pass.Reads("test", test);
-            ReadSums(pass, samples, true);
-            pass.Constants(constants);
-            ids.error = pass.Writes("error", ids.error);
-            ids.noise = pass.Writes("noise", ids.noise);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "RelativeSquaredError", "post/squared_error.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("test", test);
+        ReadSums(pass, samples, true);
+        pass.Constants(constants);
+        ids.error = pass.Writes("error", ids.error);
+        ids.noise = pass.Writes("noise", ids.noise);
+    });
     return ids;
 }
 
@@ -133,16 +114,12 @@ TextureId Flicker(Renderer& renderer, TextureId picture, TextureId moments, floa
     if (!(renderer.Desc(moments).extent == extent))
         throw MakeError(ErrorKind::Usage, "Flicker: moments of another extent than the picture");
     TextureId flicker = renderer.CreateTexture("flicker", {extent, Format::R32Float});
-    renderer.AddPass(
-        "Flicker", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flicker.comp");
-            pass.Reads("picture", picture);
-            pass.Constants(weight);
-            moments = pass.Updates("moments", moments);
-            flicker = pass.Writes("flicker", flicker);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Flicker", "post/flicker.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("picture", picture);
+        pass.Constants(weight);
+        moments = pass.Updates("moments", moments);
+        flicker = pass.Writes("flicker", flicker);
+    });
     return flicker;
 }
 
@@ -150,15 +127,11 @@ TextureId Heat(Renderer& renderer, TextureId values, float maximum) {
     RequireNumbers(renderer, "Heat", values);
     const Extent2D extent = renderer.Desc(values).extent;
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
-    renderer.AddPass(
-        "Heat", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/heat.comp");
-            pass.Reads("values", values);
-            pass.Constants(maximum);
-            display = pass.Writes("display", display);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Heat", "post/heat.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("values", values);
+        pass.Constants(maximum);
+        display = pass.Writes("display", display);
+    });
     return display;
 }
 
@@ -166,14 +139,10 @@ BufferId ReduceBlocks(Renderer& renderer, TextureId values) {
     RequireNumbers(renderer, "ReduceBlocks", values);
     const Extent2D extent = renderer.Desc(values).extent;
     BufferId sums = renderer.CreateBuffer("blocks", {.size = BlockCount(extent) * 2 * sizeof(float)});
-    renderer.AddPass(
-        "ReduceBlocks", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/reduce_blocks.comp");
-            pass.Reads("values", values);
-            sums = pass.Writes("blocks", sums);
-        },
-        [blocks = BlocksOf(extent)](CommandList& commands) { commands.DispatchOver(blocks); });
+    AddCompute(renderer, "ReduceBlocks", "post/reduce_blocks.comp", BlocksOf(extent), [&](PassBuilder& pass) {
+        pass.Reads("values", values);
+        sums = pass.Writes("blocks", sums);
+    });
     return sums;
 }
 
@@ -197,15 +166,11 @@ TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part) {
         throw MakeError(ErrorKind::Usage, "Subtract: a picture of {}x{} from one of {}x{}",
                         other.extent.width, other.extent.height, desc.extent.width, desc.extent.height);
     TextureId difference = renderer.CreateTexture("difference", {desc.extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "Subtract", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/subtract.comp");
-            pass.Reads("whole", whole);
-            pass.Reads("part", part);
-            difference = pass.Writes("difference", difference);
-        },
-        [extent = desc.extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Subtract", "post/subtract.comp", desc.extent, [&](PassBuilder& pass) {
+        pass.Reads("whole", whole);
+        pass.Reads("part", part);
+        difference = pass.Writes("difference", difference);
+    });
     return difference;
 }
 

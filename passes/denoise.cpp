@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/compare.h"
 #include "passes/denoise_network.h"
 
@@ -33,35 +34,27 @@ TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, const Denoi
     const struct {
         float perSample, byHalf;
     } constants{1.0f / static_cast<float>(settings.samples), first / (second * kHalvesExcess)};
-    renderer.AddPass(
-        "DenoiseHalfError", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/half_error.comp");
-            pass.Reads("mean", inputs.mean);
-            pass.Reads("variance", inputs.variance);
-            pass.Reads("firstHalf", firstHalf);
-            pass.Constants(constants);
-            errors = pass.Writes("errors", errors);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseHalfError", "denoise/half_error.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", inputs.mean);
+        pass.Reads("variance", inputs.variance);
+        pass.Reads("firstHalf", firstHalf);
+        pass.Constants(constants);
+        errors = pass.Writes("errors", errors);
+    });
     return errors;
 }
 
 TextureId FirstGuide(Renderer& renderer, TextureId noise, const DenoiseFeatures& features, int32_t radius) {
     const Extent2D extent = renderer.Desc(noise).extent;
     TextureId guide = renderer.CreateTexture("denoise.guide", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoiseNoiseBound", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/noise_bound.comp");
-            pass.Reads("noise", noise);
-            pass.Reads("albedoFeature", features.albedo);
-            pass.Reads("normalFeature", features.normal);
-            pass.Reads("target", features.target);
-            pass.Constants(radius);
-            guide = pass.Writes("guide", guide);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseNoiseBound", "denoise/noise_bound.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("noise", noise);
+        pass.Reads("albedoFeature", features.albedo);
+        pass.Reads("normalFeature", features.normal);
+        pass.Reads("target", features.target);
+        pass.Constants(radius);
+        guide = pass.Writes("guide", guide);
+    });
     return guide;
 }
 
@@ -74,25 +67,18 @@ void ReadCandidates(PassBuilder& pass, const DenoiseCandidates& candidates) {
 TextureId Choose(Renderer& renderer, TextureId mean, TextureId noise, const DenoiseCandidates& candidates) {
     const Extent2D extent = renderer.Desc(mean).extent;
     TextureId errors = renderer.CreateTexture("denoise.errors", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoiseCandidateErrors", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/candidate_errors.comp");
-            pass.Reads("mean", mean);
-            pass.Reads("noise", noise);
-            ReadCandidates(pass, candidates);
-            errors = pass.Writes("errors", errors);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseCandidateErrors", "denoise/candidate_errors.comp", extent,
+               [&](PassBuilder& pass) {
+                   pass.Reads("mean", mean);
+                   pass.Reads("noise", noise);
+                   ReadCandidates(pass, candidates);
+                   errors = pass.Writes("errors", errors);
+               });
     TextureId choice = renderer.CreateTexture("denoise.choice", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoiseChoose", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/choose.comp");
-            pass.Reads("errors", errors);
-            choice = pass.Writes("choice", choice);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseChoose", "denoise/choose.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("errors", errors);
+        choice = pass.Writes("choice", choice);
+    });
     return choice;
 }
 
@@ -106,20 +92,16 @@ DenoiseFeatures FeaturesOf(Renderer& renderer, const DenoiseInputs& inputs) {
         return renderer.CreateTexture(name, {extent, Format::Rgba32Float});
     };
     DenoiseFeatures features{texture("denoise.target"), texture("denoise.albedo"), texture("denoise.normal")};
-    renderer.AddPass(
-        "DenoiseFeatures", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/features.comp");
-            pass.Reads("albedo", inputs.albedo);
-            pass.Reads("normal", inputs.normal);
-            pass.Reads("mean", inputs.mean);
-            pass.Reads("seen", seen);
-            pass.Constants(inputs.seen ? 1u : 0u);
-            features.albedo = pass.Writes("albedoFeature", features.albedo);
-            features.normal = pass.Writes("normalFeature", features.normal);
-            features.target = pass.Writes("target", features.target);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseFeatures", "denoise/features.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("albedo", inputs.albedo);
+        pass.Reads("normal", inputs.normal);
+        pass.Reads("mean", inputs.mean);
+        pass.Reads("seen", seen);
+        pass.Constants(inputs.seen ? 1u : 0u);
+        features.albedo = pass.Writes("albedoFeature", features.albedo);
+        features.normal = pass.Writes("normalFeature", features.normal);
+        features.target = pass.Writes("target", features.target);
+    });
     return features;
 }
 
@@ -135,19 +117,15 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
     } constants{
         1.0f / static_cast<float>(settings.samples),
         static_cast<float>(std::min(settings.firstSamples, settings.samples - settings.firstSamples))};
-    renderer.AddPass(
-        "DenoiseNoise", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/noise.comp");
-            pass.Reads("target", features.target);
-            pass.Reads("variance", inputs.variance);
-            pass.Reads("errors", errors);
-            pass.Reads("albedoFeature", features.albedo);
-            pass.Reads("normalFeature", features.normal);
-            pass.Constants(constants);
-            noise = pass.Writes("noise", noise);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseNoise", "denoise/noise.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("target", features.target);
+        pass.Reads("variance", inputs.variance);
+        pass.Reads("errors", errors);
+        pass.Reads("albedoFeature", features.albedo);
+        pass.Reads("normalFeature", features.normal);
+        pass.Constants(constants);
+        noise = pass.Writes("noise", noise);
+    });
     return noise;
 }
 
@@ -155,16 +133,12 @@ TextureId Pilot(Renderer& renderer, TextureId guide, const DenoiseFeatures& feat
     const Extent2D extent = RequireComparable(renderer, "Denoise", guide, {features.albedo, features.normal},
                                               Format::Rgba32Float);
     TextureId pilot = renderer.CreateTexture("denoise.pilot", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoisePilot", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/pilot.comp");
-            pass.Reads("guide", guide);
-            pass.Reads("albedoFeature", features.albedo);
-            pass.Reads("normalFeature", features.normal);
-            pilot = pass.Writes("pilot", pilot);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoisePilot", "denoise/pilot.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("guide", guide);
+        pass.Reads("albedoFeature", features.albedo);
+        pass.Reads("normalFeature", features.normal);
+        pilot = pass.Writes("pilot", pilot);
+    });
     return pilot;
 }
 
@@ -178,21 +152,17 @@ DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId guide
     DenoiseCandidates candidates;
     for (TextureId& candidate : candidates)
         candidate = renderer.CreateTexture("denoise.candidate", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoiseCandidates", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/guided.comp");
-            pass.Reads("mean", mean);
-            pass.Reads("guide", guide);
-            pass.Reads("pilot", pilot);
-            pass.Reads("albedoFeature", features.albedo);
-            pass.Reads("normalFeature", features.normal);
-            pass.Constants(trusted);
-            candidates[0] = pass.Writes("detailed", candidates[0]);
-            candidates[1] = pass.Writes("medium", candidates[1]);
-            candidates[2] = pass.Writes("smoothed", candidates[2]);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseCandidates", "denoise/guided.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", mean);
+        pass.Reads("guide", guide);
+        pass.Reads("pilot", pilot);
+        pass.Reads("albedoFeature", features.albedo);
+        pass.Reads("normalFeature", features.normal);
+        pass.Constants(trusted);
+        candidates[0] = pass.Writes("detailed", candidates[0]);
+        candidates[1] = pass.Writes("medium", candidates[1]);
+        candidates[2] = pass.Writes("smoothed", candidates[2]);
+    });
     return candidates;
 }
 
@@ -202,15 +172,11 @@ TextureId MixByError(Renderer& renderer, TextureId mean, TextureId noise,
         renderer, "Denoise", mean, {noise, candidates[0], candidates[1], candidates[2]}, Format::Rgba32Float);
     const TextureId choice = Choose(renderer, mean, noise, candidates);
     TextureId estimate = renderer.CreateTexture("denoise.mixed", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "DenoiseMix", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/mix.comp");
-            ReadCandidates(pass, candidates);
-            pass.Reads("choice", choice);
-            estimate = pass.Writes("estimate", estimate);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseMix", "denoise/mix.comp", extent, [&](PassBuilder& pass) {
+        ReadCandidates(pass, candidates);
+        pass.Reads("choice", choice);
+        estimate = pass.Writes("estimate", estimate);
+    });
     return estimate;
 }
 
@@ -221,16 +187,12 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
     const Extent2D extent = RequireComparable(
         renderer, "Denoise", inputs.mean, {noise, estimate, seen.bySamples, seen.byAll}, Format::Rgba32Float);
     TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});
-    renderer.AddPass(
-        "DenoiseRemoved", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/removed.comp");
-            pass.Reads("mean", inputs.mean);
-            pass.Reads("noise", noise);
-            pass.Reads("estimate", estimate);
-            removed = pass.Writes("removed", removed);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseRemoved", "denoise/removed.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", inputs.mean);
+        pass.Reads("noise", noise);
+        pass.Reads("estimate", estimate);
+        removed = pass.Writes("removed", removed);
+    });
     TextureId denoised = renderer.CreateTexture("denoised", {extent, Format::Rgba32Float});
     constexpr float kMargin = 0.6f, kSamplesOfFullMargin = 256.0f;
     const struct {
@@ -238,19 +200,15 @@ TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureI
         uint32_t isSingle;
     } constants{1.0f + kMargin * std::min(kSamplesOfFullMargin / static_cast<float>(samples), 1.0f),
                 samples == 1 ? 1u : 0u};
-    renderer.AddPass(
-        "DenoiseBlend", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("denoise/blend.comp");
-            pass.Reads("mean", inputs.mean);
-            pass.Reads("estimate", estimate);
-            pass.Reads("removed", removed);
-            pass.Reads("seen", seen.bySamples);
-            pass.Reads("seenByAll", seen.byAll);
-            pass.Constants(constants);
-            denoised = pass.Writes("denoised", denoised);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "DenoiseBlend", "denoise/blend.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", inputs.mean);
+        pass.Reads("estimate", estimate);
+        pass.Reads("removed", removed);
+        pass.Reads("seen", seen.bySamples);
+        pass.Reads("seenByAll", seen.byAll);
+        pass.Constants(constants);
+        denoised = pass.Writes("denoised", denoised);
+    });
     return denoised;
 }
 

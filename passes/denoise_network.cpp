@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "base/embed_file.h"
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/compare.h"
 
 // Written by tests/denoise/network/train.py.
@@ -138,14 +139,10 @@ class NetworkFrame {
     TextureId Exposure() {
         const Extent2D blocks{(m_extent.width + 15) / 16, (m_extent.height + 15) / 16};
         TextureId sums = Texture("network.sums", blocks, Format::Rg32Float);
-        m_renderer.AddPass(
-            "NetworkSums", PassKind::Compute,
-            [&](PassBuilder& pass) {
-                pass.Compute("denoise/network/sums.comp");
-                pass.Reads("target", m_inputs.target);
-                sums = pass.Writes("sums", sums);
-            },
-            [blocks](CommandList& commands) { commands.DispatchOver(blocks); });
+        AddCompute(m_renderer, "NetworkSums", "denoise/network/sums.comp", blocks, [&](PassBuilder& pass) {
+            pass.Reads("target", m_inputs.target);
+            sums = pass.Writes("sums", sums);
+        });
         TextureId exposure = Texture("network.exposure", {1, 1}, Format::R32Float);
         m_renderer.AddPass(
             "NetworkExposure", PassKind::Compute,
@@ -181,14 +178,10 @@ class NetworkFrame {
     TextureId Halved(TextureId finer) {
         const Extent2D extent = Half(m_renderer.Desc(finer).extent);
         TextureId coarser = Texture("network.light", extent);
-        m_renderer.AddPass(
-            "NetworkHalve", PassKind::Compute,
-            [&](PassBuilder& pass) {
-                pass.Compute("denoise/network/halve.comp");
-                pass.Reads("finer", finer);
-                coarser = pass.Writes("coarser", coarser);
-            },
-            [extent](CommandList& commands) { commands.DispatchOver(extent); });
+        AddCompute(m_renderer, "NetworkHalve", "denoise/network/halve.comp", extent, [&](PassBuilder& pass) {
+            pass.Reads("finer", finer);
+            coarser = pass.Writes("coarser", coarser);
+        });
         return coarser;
     }
 

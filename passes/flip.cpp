@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/compare.h"
 #include "shaders/shared/flip_kernels.h"
 
@@ -98,17 +99,13 @@ FilteredRows FilterRows(Renderer& renderer, TextureId picture, const gpu::FlipKe
     const Extent2D extent = renderer.Desc(picture).extent;
     FilteredRows rows{renderer.CreateTexture("flipColors", {extent, Format::Rgba32Float}),
                       renderer.CreateTexture("flipFeatures", {extent, Format::Rgba32Float})};
-    renderer.AddPass(
-        "FlipRows", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_rows.comp");
-            pass.Reads("picture", picture,
-                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
-            pass.Uniform("kernels", kernels);
-            rows.colors = pass.Writes("colors", rows.colors);
-            rows.features = pass.Writes("features", rows.features);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "FlipRows", "post/flip_rows.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("picture", picture,
+                   {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+        pass.Uniform("kernels", kernels);
+        rows.colors = pass.Writes("colors", rows.colors);
+        rows.features = pass.Writes("features", rows.features);
+    });
     return rows;
 }
 
@@ -117,17 +114,13 @@ Filtered FilterColumns(Renderer& renderer, const FilteredRows& rows, const gpu::
     const Extent2D extent = renderer.Desc(rows.colors).extent;
     Filtered filtered{renderer.CreateTexture("flipLabAndEdge", {extent, Format::Rgba32Float}),
                       renderer.CreateTexture("flipPoint", {extent, Format::R32Float})};
-    renderer.AddPass(
-        "FlipColumns", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_columns.comp");
-            pass.Reads("colors", rows.colors);
-            pass.Reads("features", rows.features);
-            pass.Uniform("kernels", kernels);
-            filtered.labAndEdge = pass.Writes("labAndEdge", filtered.labAndEdge);
-            filtered.point = pass.Writes("point", filtered.point);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "FlipColumns", "post/flip_columns.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("colors", rows.colors);
+        pass.Reads("features", rows.features);
+        pass.Uniform("kernels", kernels);
+        filtered.labAndEdge = pass.Writes("labAndEdge", filtered.labAndEdge);
+        filtered.point = pass.Writes("point", filtered.point);
+    });
     return filtered;
 }
 
@@ -140,17 +133,13 @@ TextureId Flip(Renderer& renderer, TextureId reference, TextureId test, const Fl
         FilterColumns(renderer, FilterRows(renderer, reference, kernels), kernels);
     const Filtered filteredTest = FilterColumns(renderer, FilterRows(renderer, test, kernels), kernels);
     TextureId error = renderer.CreateTexture("flip", {extent, Format::R32Float});
-    renderer.AddPass(
-        "FlipCompare", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/flip_compare.comp");
-            pass.Reads("referenceLabAndEdge", filteredReference.labAndEdge);
-            pass.Reads("referencePoint", filteredReference.point);
-            pass.Reads("testLabAndEdge", filteredTest.labAndEdge);
-            pass.Reads("testPoint", filteredTest.point);
-            error = pass.Writes("error", error);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "FlipCompare", "post/flip_compare.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("referenceLabAndEdge", filteredReference.labAndEdge);
+        pass.Reads("referencePoint", filteredReference.point);
+        pass.Reads("testLabAndEdge", filteredTest.labAndEdge);
+        pass.Reads("testPoint", filteredTest.point);
+        error = pass.Writes("error", error);
+    });
     return error;
 }
 

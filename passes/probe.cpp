@@ -1,6 +1,7 @@
 #include "passes/probe.h"
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 
 namespace raygraph::passes {
 
@@ -17,21 +18,17 @@ BufferId Probe(Renderer& renderer, const AccumulatedIds& samples, const Accumula
     const TileCursor& cursor = progress.cursor;
     BufferId texels =
         renderer.CreateBuffer("probed", {.size = uint64_t{grid.width} * grid.height * sizeof(ProbedPixel)});
-    renderer.AddPass(
-        "Probe", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/probe.comp");
-            ReadSums(pass, samples, true);
-            pass.Constants(Constants{{region.x, region.y},
-                                     {region.width, region.height},
-                                     {grid.width, grid.height},
-                                     progress.sampleCount,
-                                     cursor.Y(),
-                                     cursor.X(),
-                                     cursor.BandHeight()});
-            texels = pass.Writes("texels", texels);
-        },
-        [grid](CommandList& commands) { commands.DispatchOver(grid); });
+    AddCompute(renderer, "Probe", "post/probe.comp", grid, [&](PassBuilder& pass) {
+        ReadSums(pass, samples, true);
+        pass.Constants(Constants{{region.x, region.y},
+                                 {region.width, region.height},
+                                 {grid.width, grid.height},
+                                 progress.sampleCount,
+                                 cursor.Y(),
+                                 cursor.X(),
+                                 cursor.BandHeight()});
+        texels = pass.Writes("texels", texels);
+    });
     return texels;
 }
 

@@ -1,5 +1,6 @@
 #include "passes/project_hits.h"
 
+#include "passes/add_compute.h"
 #include "passes/raster_bindings.h"
 #include "passes/scene_bindings.h"
 
@@ -27,19 +28,16 @@ TextureId TraceHits(Renderer& renderer, const SceneIds& scene, const TraceSettin
 TextureId ProjectHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       TextureId hits, const gpu::CameraRecord& seenBy) {
     TextureId places = renderer.CreateTexture("places", {RegionOf(settings).Extent(), Format::Rgba32Float});
-    renderer.AddPass(
-        "ProjectHits", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("raster/project_hits.comp");
-            SpecializeFeatures(pass, scene.features & kTraceCapsules);
-            pass.Uniform("parameters", RasterParameters(scene, settings));
-            pass.Uniform("seenBy", seenBy);
-            BindInstances(pass, scene);
-            pass.ReadsByAddress(scene.blases);
-            pass.Reads("visibility", hits);
-            places = pass.Writes("places", places);
-        },
-        [extent = RegionOf(settings).Extent()](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "ProjectHits", "raster/project_hits.comp", RegionOf(settings).Extent(),
+               [&](PassBuilder& pass) {
+                   SpecializeFeatures(pass, scene.features & kTraceCapsules);
+                   pass.Uniform("parameters", RasterParameters(scene, settings));
+                   pass.Uniform("seenBy", seenBy);
+                   BindInstances(pass, scene);
+                   pass.ReadsByAddress(scene.blases);
+                   pass.Reads("visibility", hits);
+                   places = pass.Writes("places", places);
+               });
     return places;
 }
 

@@ -1,5 +1,6 @@
 #include "passes/raster.h"
 
+#include "passes/add_compute.h"
 #include "passes/draw_list.h"
 #include "passes/project_hits.h"
 #include "passes/raster_bindings.h"
@@ -64,18 +65,14 @@ PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene, const TraceS
         .position = renderer.CreateTexture("position", {settings.extent, Format::Rgba32Float}),
         .ids = renderer.CreateTexture("ids", {settings.extent, Format::Rgba32Uint}),
     };
-    renderer.AddPass(
-        "RasterHits", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("raster/hits.comp");
-            pass.Uniform("parameters", RasterParameters(scene, settings));
-            BindPixelSurfaces(pass, scene, seen, {});
-            hits.albedo = pass.Writes("albedo", hits.albedo);
-            hits.normal = pass.Writes("normal", hits.normal);
-            hits.position = pass.Writes("position", hits.position);
-            hits.ids = pass.Writes("ids", hits.ids);
-        },
-        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "RasterHits", "raster/hits.comp", settings.extent, [&](PassBuilder& pass) {
+        pass.Uniform("parameters", RasterParameters(scene, settings));
+        BindPixelSurfaces(pass, scene, seen, {});
+        hits.albedo = pass.Writes("albedo", hits.albedo);
+        hits.normal = pass.Writes("normal", hits.normal);
+        hits.position = pass.Writes("position", hits.position);
+        hits.ids = pass.Writes("ids", hits.ids);
+    });
     return hits;
 }
 
@@ -205,34 +202,25 @@ TextureId BlurLevels(Renderer& renderer, TextureId picture) {
     const Extent2D size = renderer.Desc(picture).extent;
     const Extent2D extent{gpu::BlurSize(size.width, 1), gpu::BlurRow(size.height, gpu::kBlurLevels + 1)};
     TextureId levels = renderer.CreateTexture("blurLevels", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "BlurLevels", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/blur_levels.comp");
-            pass.Reads(
-                "picture", picture,
-                {.addressU = rhi::AddressMode::ClampToEdge, .addressV = rhi::AddressMode::ClampToEdge});
-            levels = pass.Writes("levels", levels);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "BlurLevels", "post/blur_levels.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("picture", picture,
+                   {.addressU = rhi::AddressMode::ClampToEdge, .addressV = rhi::AddressMode::ClampToEdge});
+        levels = pass.Writes("levels", levels);
+    });
     return levels;
 }
 
 TextureId Occlusion(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                     const RasterVisibility& seen) {
     TextureId share = renderer.CreateTexture("ambientVisibility", {settings.extent, Format::R32Float});
-    renderer.AddPass(
-        "Occlusion", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("raster/occlusion.comp");
-            pass.Uniform("parameters", RasterParameters(scene, settings));
-            BindPixelSurfaces(pass, scene, seen, {});
-            pass.Reads("depths", seen.depth,
-                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
-            pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            share = pass.Writes("ambientVisibility", share);
-        },
-        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Occlusion", "raster/occlusion.comp", settings.extent, [&](PassBuilder& pass) {
+        pass.Uniform("parameters", RasterParameters(scene, settings));
+        BindPixelSurfaces(pass, scene, seen, {});
+        pass.Reads("depths", seen.depth,
+                   {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+        pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
+        share = pass.Writes("ambientVisibility", share);
+    });
     return share;
 }
 

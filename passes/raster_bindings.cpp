@@ -1,5 +1,6 @@
 #include "passes/raster_bindings.h"
 
+#include "passes/add_compute.h"
 #include "passes/rasterize.h"
 #include "passes/scene_bindings.h"
 
@@ -85,16 +86,12 @@ void DrawTriangles(Renderer& renderer, const SceneIds& scene, const TraceSetting
             });
         isFirst = false;
     }
-    renderer.AddPass(
-        "PlaceHits", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("raster/place_hits.comp");
-            pass.Uniform("parameters", parameters);
-            BindInstances(pass, scene);
-            pass.Constants(shift);
-            seen.hits = pass.Updates("visibility", seen.hits);
-        },
-        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "PlaceHits", "raster/place_hits.comp", settings.extent, [&](PassBuilder& pass) {
+        pass.Uniform("parameters", parameters);
+        BindInstances(pass, scene);
+        pass.Constants(shift);
+        seen.hits = pass.Updates("visibility", seen.hits);
+    });
 }
 
 // Round primitives are no triangles: rays find those in front of what was drawn.

@@ -48,19 +48,6 @@ TextureId TextureOr(TextureId given, Renderer& renderer, const char* name, Exten
     return given.IsValid() ? given : renderer.CreateTexture(name, {extent, format});
 }
 
-// Adds a pass that runs the shader for each texel of the extent.
-template <typename Setup>
-void AddCompute(Renderer& renderer, const char* name, const char* shader, Extent2D extent,
-                const Setup& setup) {
-    renderer.AddPass(
-        name, PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute(shader);
-            setup(pass);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
-}
-
 }  // namespace
 
 SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,

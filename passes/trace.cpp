@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/scene_bindings.h"
 #include "passes/wavefront.h"
 #include "renderer/gpu_scene/camera_record.h"
@@ -212,16 +213,12 @@ TextureId Preview(Renderer& renderer, const SceneIds& scene, const TraceSettings
     const PrimaryHitIds hits = PrimaryHits(renderer, scene, settings, FilmPosition::Center);
     const Extent2D extent = renderer.Desc(hits.albedo).extent;
     TextureId preview = renderer.CreateTexture("preview", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "Preview", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/preview.comp");
-            pass.Reads("albedo", hits.albedo);
-            pass.Reads("normal", hits.normal);
-            pass.Constants(glm::vec4(settings.camera.forward, gain));
-            preview = pass.Writes("preview", preview);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "Preview", "post/preview.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("albedo", hits.albedo);
+        pass.Reads("normal", hits.normal);
+        pass.Constants(glm::vec4(settings.camera.forward, gain));
+        preview = pass.Writes("preview", preview);
+    });
     return preview;
 }
 

@@ -1,6 +1,7 @@
 #include "passes/views.h"
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/draw_list.h"
 #include "passes/raster_bindings.h"
 #include "passes/scene_bindings.h"
@@ -21,14 +22,11 @@ BufferId ValueRange(Renderer& renderer, TextureId values) {
         [range](CommandList& commands, const PassResources& resources) {
             commands.Fill(resources.Buffer(range), 0);
         });
-    renderer.AddPass(
-        "ValueRange", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/value_range.comp");
-            pass.Reads("values", values);
-            range = pass.Updates("range", range);
-        },
-        [extent = renderer.Desc(values).extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "ValueRange", "post/value_range.comp", renderer.Desc(values).extent,
+               [&](PassBuilder& pass) {
+                   pass.Reads("values", values);
+                   range = pass.Updates("range", range);
+               });
     return range;
 }
 
@@ -39,15 +37,11 @@ TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSett
     if (!ShowsSurface(view)) Reject("SurfaceView", view);
     const Extent2D visibleExtent = RegionOf(settings).Extent();
     TextureId values = renderer.CreateTexture("surfaceView", {visibleExtent, Format::Rgba32Float});
-    renderer.AddPass(
-        "SurfaceView", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("raster/surface_view.comp");
-            pass.Uniform("parameters", RasterParameters(scene, settings));
-            BindPixelSurfaces(pass, scene, seen, {.option = static_cast<uint32_t>(view)});
-            values = pass.Writes("values", values);
-        },
-        [extent = visibleExtent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "SurfaceView", "raster/surface_view.comp", visibleExtent, [&](PassBuilder& pass) {
+        pass.Uniform("parameters", RasterParameters(scene, settings));
+        BindPixelSurfaces(pass, scene, seen, {.option = static_cast<uint32_t>(view)});
+        values = pass.Writes("values", values);
+    });
     return values;
 }
 
@@ -85,15 +79,10 @@ TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSetting
 TextureId SpreadCounts(Renderer& renderer, TextureId counts) {
     const Extent2D extent = renderer.Desc(counts).extent;
     TextureId values = renderer.CreateTexture("counts", {extent, Format::Rgba32Float});
-    renderer.AddPass(
-        "SpreadCounts", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/spread_counts.comp");
-            pass.Reads("counts", counts,
-                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
-            values = pass.Writes("values", values);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "SpreadCounts", "post/spread_counts.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("counts", counts, {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+        values = pass.Writes("values", values);
+    });
     return values;
 }
 
@@ -112,16 +101,12 @@ TextureId PaintView(Renderer& renderer, TextureId values, View view) {
     const Extent2D extent = renderer.Desc(values).extent;
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
     const BufferId range = ValueRange(renderer, values);
-    renderer.AddPass(
-        "PaintView", PassKind::Compute,
-        [&](PassBuilder& pass) {
-            pass.Compute("post/paint_view.comp");
-            pass.Reads("values", values);
-            pass.Reads("range", range);
-            pass.Constants(static_cast<uint32_t>(view));
-            display = pass.Writes("display", display);
-        },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    AddCompute(renderer, "PaintView", "post/paint_view.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("values", values);
+        pass.Reads("range", range);
+        pass.Constants(static_cast<uint32_t>(view));
+        display = pass.Writes("display", display);
+    });
     return display;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "passes/add_compute.h"
 #include "passes/scene_bindings.h"
 #include "shaders/shared/wavefront.h"
 
@@ -233,16 +234,12 @@ class Wavefront {
     }
 
     void Finish() {
-        m_renderer.AddPass(
-            "WaveFinish", PassKind::Compute,
-            [&](PassBuilder& pass) {
-                pass.Compute(Shader("finish") + ".comp");
-                SetConstants(pass, kSteps);
-                pass.Reads("waveCounts", m_counts);
-                m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
-                BindOutputs(pass, false);
-            },
-            [extent = m_extent](CommandList& commands) { commands.DispatchOver(extent); });
+        AddCompute(m_renderer, "WaveFinish", Shader("finish") + ".comp", m_extent, [&](PassBuilder& pass) {
+            SetConstants(pass, kSteps);
+            pass.Reads("waveCounts", m_counts);
+            m_ids.counts = pass.Updates("pixelQueue", m_ids.counts);
+            BindOutputs(pass, false);
+        });
     }
 
     Renderer& m_renderer;

@@ -1,0 +1,23 @@
+// AddCompute: adds a compute pass that runs once for each pixel of an extent. Threads: that of the Renderer.
+#pragma once
+
+#include <string_view>
+
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::passes {
+
+// `setup` takes a PassBuilder& and runs now; it declares everything but the shader.
+template <typename Setup>
+PassId AddCompute(Renderer& renderer, std::string_view name, std::string_view shader, Extent2D extent,
+                  const Setup& setup) {
+    return renderer.AddPass(
+        name, PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute(shader);
+            setup(pass);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+}
+
+}  // namespace raygraph::passes
