@@ -54,7 +54,7 @@ struct SquaredErrorIds {
                                                                 const Accumulation::Progress& progress);
 
 // Adds `picture`, rgba32f, to `moments`, rg32f: mean and variance of the luminance over pictures, of which
-// the newest has the share `weight`. With a weight of 1 they begin anew. Returns variance / (mean^2 + .01),
+// the newest has the share `weight`. A weight of 1 resets them. Returns variance / (mean^2 + .01),
 // r32f.
 [[nodiscard]] RAYGRAPH_API TextureId Flicker(Renderer& renderer, TextureId picture, TextureId moments,
                                              float weight);

@@ -1,5 +1,5 @@
-// DenoisedView keeps a denoised version of a viewport's path-traced picture, and decides when it is made
-// anew.
+// DenoisedView keeps a denoised version of a viewport's path-traced picture, and decides when it is
+// updated.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace raygraph::viewport {
 
 // Denoising takes as long as several samples. So it waits for about as many after a change, and from then on
-// takes at most a quarter of the device's time: of many samples, it is made anew with every quarter more.
+// takes at most a quarter of the device's time: of many samples, it is updated with every quarter more.
 // Frames end with whole samples where it is made, and where the mean of the first half of the samples is
 // kept, which tells how noisy the picture is (passes/denoise.h).
 class DenoisedView {
@@ -26,7 +26,7 @@ class DenoisedView {
         PassId first, end;     // passes that make it in this frame, from `first` to before `end`
     };
     // Declares the picture of a frame, after all its samples. They are all of `settings`, and have squares.
-    // `isWanted`: it is made anew if there are any new samples. Without `mayWait`, it is made once its
+    // `isWanted`: it is updated if there are any new samples. Without `mayWait`, it is made once its
     // pipelines exist.
     Ids Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                 const passes::Accumulation& samples, bool isWanted, bool mayWait);

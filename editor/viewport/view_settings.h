@@ -52,8 +52,9 @@ RAYGRAPH_CHOICE(Compared, RAYGRAPH_VIEWPORT_COMPARED)
 struct ShowSettings {
     View view = View::PathTraced;
     Compared compared = Compared::Raster;
-    // View::PathTraced shows a denoised picture once there are some samples (passes/denoise.h), made anew as
-    // they get more (Viewport::Progress). The samples stay as they are, and so do views that compare them.
+    // View::PathTraced shows a denoised picture once there are some samples (passes/denoise.h), and updates
+    // it as they get more (Viewport::Progress). The samples stay as they are, and so do views that compare
+    // them.
     bool isDenoised = false;
     float wipePosition = 0.5f;          // fraction of the width that is path-traced; clamped to [0, 1]
     passes::TonemapSettings tonemap{};  // the picture is opaque, whatever they say

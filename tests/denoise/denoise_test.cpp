@@ -114,7 +114,7 @@ class Denoising : public VulkanTest {
     passes::Denoiser denoiser = passes::Denoiser::Network;
 };
 
-// What every denoiser promises.
+// EachDenoiser runs what every denoiser promises.
 class EachDenoiser : public Denoising, public ::testing::WithParamInterface<passes::Denoiser> {
   protected:
     EachDenoiser() { denoiser = GetParam(); }

@@ -306,7 +306,7 @@ TEST_F(Network, TrainedWeightsRemoveNoiseOfAFlatPicture) {
     EXPECT_LT(30.0 * after, before);
 }
 
-// The same picture under a light that is a thousand times as bright.
+// Predicts the same picture under a light that is a thousand times as bright.
 TEST_F(Network, EstimateFollowsTheExposure) {
     const Pictures in({40, 23});
     Pictures bright = in;

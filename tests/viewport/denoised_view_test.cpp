@@ -12,12 +12,6 @@ namespace {
 
 using Picture = std::vector<uint8_t>;
 
-double MeanDifference(const Picture& a, const Picture& b) {
-    double sum = 0.0;
-    for (size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum / static_cast<double>(a.size());
-}
-
 class ViewportDenoised : public VulkanTest {
   protected:
     ViewportDenoised() { SetDenoised(true); }
@@ -115,7 +109,7 @@ TEST_F(ViewportDenoised, SamplesAreThoseWithoutIt) {
     EXPECT_EQ(other.Picture(), mean);
 }
 
-// What noise there is follows from the mean of the first half, which one that begins to denoise late lacks.
+// The first half tells how noisy a picture is. One that begins to denoise late lacks it.
 TEST_F(ViewportDenoised, MeanOfTheFirstHalfIsUsedWhereThereIsOne) {
     viewed.viewport.SetBudget({.maxSamples = 16});
     viewed.RenderFrames(20);

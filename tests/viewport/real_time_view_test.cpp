@@ -16,12 +16,6 @@ namespace {
 
 using Picture = std::vector<uint8_t>;
 
-double MeanDifference(const Picture& a, const Picture& b) {
-    double sum = 0.0;
-    for (size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
-    return sum / static_cast<double>(a.size());
-}
-
 class ViewportRealTime : public VulkanTest {
   protected:
     ViewportRealTime() { viewed.viewport.SetView(View::RealTime); }

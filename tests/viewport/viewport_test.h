@@ -1,6 +1,7 @@
 // A viewport on a small scene, for tests.
 #pragma once
 
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -12,6 +13,13 @@ namespace raygraph::testing {
 
 using viewport::View;
 using viewport::Viewport;
+
+// Returns the mean over the bytes of two displays of one size.
+inline double MeanDifference(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < a.size(); ++i) sum += std::abs(int{a[i]} - int{b[i]});
+    return sum / static_cast<double>(a.size());
+}
 
 // A lit box in a box, with a point light: paths of every length, and something of every kind to edit.
 inline scene::SceneData Boxes() {
