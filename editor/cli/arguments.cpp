@@ -19,7 +19,7 @@ namespace {
 constexpr std::pair<const char*, const char*> kEnvironment[] = {
     {"RAYGRAPH_DEVICE", "device, by index or by a part of its name, where --device names none"},
     {"RAYGRAPH_LOG", "level of messages, for all or by category: warning,shaders=debug,cache=off"},
-    {"XDG_CACHE_HOME", "has the folder raygraph with compiled pipelines (default: ~/.cache)"},
+    {"XDG_CACHE_HOME", "has the folder raygraph with compiled pipelines and references (default: ~/.cache)"},
     {"XDG_CONFIG_HOME", "has the folder raygraph with the editor's settings (default: ~/.config)"},
 };
 
@@ -132,6 +132,96 @@ CLI::App* AddDenoise(CLI::App& app, DenoiseArguments& arguments) {
     return denoise;
 }
 
+// Adds the options of ComparedArguments.
+void AddCompared(CLI::App& app, ComparedArguments& arguments) {
+    AddOption(app, "--transfer", "CURVE", "Transfer function of a .png: " + ListForHelp(TransferCurve::Srgb),
+              [&](const std::string& text) {
+                  const float exposureEv = arguments.transfer.exposureEv;
+                  arguments.transfer = ParseTransfer(text);
+                  arguments.transfer.exposureEv = exposureEv;
+              });
+    AddOption(app, "--exposure", "EV",
+              "Exposure in stops that a .png has, and with which FLIP and SSIM see the others (0)",
+              [&](const std::string& text) {
+                  arguments.transfer.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
+              });
+    AddDevice(app, arguments.device);
+    AddValidate(app, arguments.isValidating);
+}
+
+CLI::App* AddCompare(CLI::App& app, CompareArguments& arguments) {
+    CLI::App* compare = app.add_subcommand("compare", "Measure the difference of two pictures");
+    compare
+        ->add_option_function<std::vector<std::string>>(
+            "FILES",
+            [&](const std::vector<std::string>& paths) {
+                arguments.reference = paths.at(0);
+                arguments.picture = paths.at(1);
+            },
+            Wrapped("The picture that counts as right and the one to measure: .exr, .hdr or .png"))
+        ->type_name("")
+        ->required()
+        ->expected(2);
+    AddOutputs(*compare,
+               "Output file: .png (map of FLIP) or .exr (R, G and B: picture minus reference; stops; flip). "
+               "May be given several times",
+               arguments.outputs);
+    AddPath(*compare, "--json", "FILE", "Write the numbers to a file as well", arguments.json);
+    AddCompared(*compare, arguments);
+    AddOutput(*compare, arguments);
+    return compare;
+}
+
+CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
+    CLI::App* verify =
+        app.add_subcommand("verify", "Judge pictures of another renderer by the path-traced reference");
+    AddScene(*verify, arguments.scene)->required();
+    verify
+        ->add_option_function<std::vector<std::string>>(
+            "PICTURES",
+            [&](const std::vector<std::string>& paths) {
+                arguments.pictures.assign(paths.begin(), paths.end());
+            },
+            "Pictures of the scene: .exr, .hdr or .png")
+        ->type_name("")
+        ->required();
+    AddSettings(*verify, arguments.given,
+                {"size",    "crop",         "camera", "scene",    "variant",    "at",         "clips",
+                 "shutter", "points",       "lines",  "seed",     "brdf",       "max-depth",  "aperture",
+                 "focus",   "env-rotation", "light",  "env-tint", "background", "light-group"});
+    AddRoot(*verify, arguments.root);
+    AddEnvironment(*verify, arguments.environment);
+    const auto limit = [&](const char* name, const char* help, double Tolerance::*field) {
+        AddOption(*verify, name, "X", Text("{} ({})", help, arguments.tolerance.*field),
+                  [&arguments, field](const std::string& text) {
+                      arguments.tolerance.*field = ParseNumber(text, 0.0, 1e6);
+                  });
+    };
+    limit("--tolerance",
+          "Relative error that is allowed beyond noise, of tiles of 16 x 16 pixels and of pixels",
+          &Tolerance::relative);
+    limit("--bad-tiles", "Share of the tiles that may be beyond it", &Tolerance::tiles);
+    limit("--bad-pixels", "Share of the pixels that may be beyond it", &Tolerance::pixels);
+    limit("--energy", "Relative error of the mean of the picture that is allowed beyond noise",
+          &Tolerance::energy);
+    limit("--flip", "Mean FLIP that is allowed above what noise explains", &Tolerance::flip);
+    limit("--ssim", "By how much the SSIM may be below what noise explains", &Tolerance::ssim);
+    AddOption(
+        *verify, "--spp", "N",
+        Text("The most samples a pixel of the reference ({}); it gets as many as the verdict needs, from "
+             "64 on",
+             arguments.maxSamples),
+        [&](const std::string& text) { arguments.maxSamples = ParseCount(text, 2, 1u << 24); });
+    verify->add_flag("!--no-cache", arguments.isCached, Wrapped("Neither read nor store the reference"));
+    AddPath(*verify, "--json", "FILE", "Write the report as JSON", arguments.json);
+    AddPath(*verify, "--html", "FILE", "Write the report as one page, with its pictures in it",
+            arguments.html);
+    AddCompared(*verify, arguments);
+    AddProgress(*verify, arguments);
+    AddOutput(*verify, arguments);
+    return verify;
+}
+
 CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     CLI::App* edit = app.add_subcommand("edit", "View and edit a scene in a window, path-traced or drawn");
     AddScene(*edit, arguments.scene);
@@ -192,6 +282,12 @@ void CheckDenoise(const DenoiseArguments& arguments) {
     CheckDisplay(arguments, arguments.outputs);
     if (arguments.whitePoint && !arguments.whitePoint->kelvin)
         Reject("--white-point auto: denoise reads no scene, whose light it would be; give kelvin");
+}
+
+void CheckCompare(const CompareArguments& arguments) {
+    for (const OutputFile& output : arguments.outputs)
+        if (output.kind == OutputKind::Hdr)
+            Reject(Text("-o: \"{}\": compare writes .png and .exr", output.path));
 }
 
 void CheckInfo(const InfoArguments& arguments) {
@@ -298,6 +394,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     GraphArguments graphArguments;
     MergeArguments mergeArguments;
     DenoiseArguments denoiseArguments;
+    CompareArguments compareArguments;
+    VerifyArguments verifyArguments;
     EditArguments editArguments;
     const CLI::App* render = AddRender(app, renderArguments);
     const CLI::App* bench = AddBench(app, benchArguments);
@@ -305,6 +403,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
     const CLI::App* denoise = AddDenoise(app, denoiseArguments);
+    const CLI::App* compare = AddCompare(app, compareArguments);
+    const CLI::App* verify = AddVerify(app, verifyArguments);
     const CLI::App* edit = AddEdit(app, editArguments);
     Shell shell{};
     const CLI::App* completion = AddCompletion(app, shell);
@@ -348,14 +448,23 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         CheckDenoise(denoiseArguments);
         return denoiseArguments;
     }
+    if (*compare) {
+        CheckCompare(compareArguments);
+        return compareArguments;
+    }
+    if (*verify) {
+        CheckProgress(verifyArguments);
+        CheckEnvironment(verifyArguments.given, !verifyArguments.environment.empty());
+        return verifyArguments;
+    }
     if (*edit) {
         CheckEdit(editArguments);
         return editArguments;
     }
     if (!*merge)
         Reject(
-            "a command is needed: render, edit, bench, info, graph, merge or denoise (see raygraph "
-            "--help)");
+            "a command is needed: render, edit, bench, info, graph, merge, denoise, compare or verify (see "
+            "raygraph --help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

@@ -17,6 +17,8 @@
 #include "editor/session/file/render_file.h"
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/tracing_choice.h"
+#include "editor/session/verify/picture.h"
+#include "editor/session/verify/verdict.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -127,6 +129,31 @@ struct DenoiseArguments : OutputArguments, DisplayArguments {
     bool isValidating = false;
 };
 
+// Says how pictures to compare are read, and shown for FLIP and SSIM.
+struct ComparedArguments {
+    Transfer transfer;  // of a .png; its exposure is that of the display, too
+    std::string device;
+    bool isValidating = false;
+};
+
+struct CompareArguments : OutputArguments, ComparedArguments {
+    std::filesystem::path reference, picture;
+    std::vector<OutputFile> outputs;  // .png and .exr
+    std::filesystem::path json;       // "": none
+};
+
+struct VerifyArguments : OutputArguments, ComparedArguments {
+    std::filesystem::path scene;
+    std::vector<std::filesystem::path> pictures;
+    SettingTexts given;
+    std::filesystem::path root;         // "": the scene's folder
+    std::filesystem::path environment;  // "": none
+    Tolerance tolerance;
+    uint32_t maxSamples = 1024;  // of the reference
+    bool isCached = true;
+    std::filesystem::path json, html;  // "": none
+};
+
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;           // "": starts without a scene
     std::string variant;                   // "": no variant
@@ -153,7 +180,7 @@ struct ShowText {
 };
 
 using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
-                               DenoiseArguments, EditArguments, ShowText>;
+                               DenoiseArguments, CompareArguments, VerifyArguments, EditArguments, ShowText>;
 
 // Parses the command line. Throws Error{Usage}, one line that names the option, if it is not valid.
 Arguments ParseArguments(int argc, const char* const* argv);

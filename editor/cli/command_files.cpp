@@ -78,6 +78,26 @@ CommandFiles FilesOf(const DenoiseArguments& arguments) {
     return files;
 }
 
+CommandFiles FilesOf(const CompareArguments& arguments) {
+    Paths outputs;
+    for (const OutputFile& output : arguments.outputs) outputs.push_back(output.path);
+    outputs.push_back(arguments.json);
+    return {.inputs = NonEmpty({arguments.reference, arguments.picture}),
+            .updated = {},
+            .outputs = NonEmpty(std::move(outputs)),
+            .replacing = {}};
+}
+
+CommandFiles FilesOf(const VerifyArguments& arguments) {
+    Paths inputs = arguments.pictures;
+    inputs.push_back(arguments.scene);
+    inputs.push_back(arguments.environment);
+    return {.inputs = NonEmpty(std::move(inputs)),
+            .updated = {},
+            .outputs = NonEmpty({arguments.json, arguments.html}),
+            .replacing = {}};
+}
+
 CommandFiles FilesOf(const EditArguments& arguments) {
     return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.script}),
             .updated = {},

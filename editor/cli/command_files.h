@@ -27,6 +27,8 @@ CommandFiles FilesOf(const InfoArguments& arguments);
 CommandFiles FilesOf(const GraphArguments& arguments);
 CommandFiles FilesOf(const MergeArguments& arguments);
 CommandFiles FilesOf(const DenoiseArguments& arguments);
+CommandFiles FilesOf(const CompareArguments& arguments);
+CommandFiles FilesOf(const VerifyArguments& arguments);
 CommandFiles FilesOf(const EditArguments& arguments);
 
 // Calls CheckOutputs for all outputs. `log` gets its warnings.

@@ -26,6 +26,10 @@ void GraphCommand(const GraphArguments& arguments, Console& console);
 ExitCode MergeCommand(const MergeArguments& arguments, Console& console);
 // Returns Failure likewise.
 ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console);
+// Returns Failure likewise.
+ExitCode CompareCommand(const CompareArguments& arguments, Console& console);
+// Returns Differs if a picture is not right, Failure likewise.
+ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console);
 // Throws Error{Usage} if the program was built without the editor.
 void EditCommand(const EditArguments& arguments, Console& console);
 

@@ -13,6 +13,7 @@ enum class ExitCode : int {
     BadInput = 4,
     DeviceFailure = 5,
     Slower = 6,
+    Differs = 7,
     TryAgain = 75,  // EX_TEMPFAIL of sysexits.h
 };
 
@@ -28,6 +29,7 @@ inline constexpr ExitCodeText kExitCodes[] = {
     {ExitCode::BadInput, "bad input: a file is missing, malformed, or not what was asked for"},
     {ExitCode::DeviceFailure, "device lost or out of memory"},
     {ExitCode::Slower, "bench --compare: slower than the stored run"},
+    {ExitCode::Differs, "verify: a picture is not right"},
     {ExitCode::TryAgain, "ended by SIGTERM or the like, with the samples saved: --resume continues"},
 };
 

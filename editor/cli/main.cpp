@@ -34,6 +34,8 @@ ExitCode Run(int argc, const char* const* argv) {
             [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
             [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
             [](const DenoiseArguments& arguments) { return RunCommand(arguments, DenoiseCommand); },
+            [](const CompareArguments& arguments) { return RunCommand(arguments, CompareCommand); },
+            [](const VerifyArguments& arguments) { return RunCommand(arguments, VerifyCommand); },
             [](const EditArguments& arguments) { return Plain(EditCommand)(arguments); },
             [](const ShowText& text) {
                 std::fputs(text.text.c_str(), stdout);

@@ -51,7 +51,8 @@ ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& co
         console.log.RequireValid();
         return done;
     });
-    const bool isEnd = code == ExitCode::Done || code == ExitCode::Slower || code == ExitCode::TryAgain;
+    const bool isEnd = code == ExitCode::Done || code == ExitCode::Slower || code == ExitCode::Differs ||
+                       code == ExitCode::TryAgain;
     return isEnd ? valid : code;
 }
 

@@ -97,7 +97,9 @@ RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 
-// Writes an 8-bit PNG marked sRGB (the texels must be so encoded), without alpha if all texels are opaque.
+// Returns an 8-bit PNG marked sRGB (the texels must be so encoded), without alpha if all texels are opaque.
+// Throws as the writers do; `name` is for messages.
+RAYGRAPH_API std::vector<std::byte> EncodePng(const Image8& image, std::string_view name);
 RAYGRAPH_API void WritePng(const std::filesystem::path& path, const Image8& image);
 
 // Writes Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values

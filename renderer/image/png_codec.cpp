@@ -129,9 +129,8 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
     }
 }
 
-void WritePng(const std::filesystem::path& path, const Image8& image) {
-    CheckTexelCount(path, image.width, image.height, image.rgba.size());
-    AtomicFile file(path);
+std::vector<std::byte> EncodePng(const Image8& image, std::string_view name) {
+    CheckTexelCount(name, image.width, image.height, image.rgba.size());
     png_image png = {};
     png.version = PNG_IMAGE_VERSION;
     png.width = image.width;
@@ -143,10 +142,17 @@ void WritePng(const std::filesystem::path& path, const Image8& image) {
     const std::vector<uint8_t>& texels = opaque.empty() ? image.rgba : opaque;
     // Libpng would not tell why a write has failed.
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    const auto bytes = std::make_unique_for_overwrite<std::byte[]>(size);
-    if (png_image_write_to_memory(&png, bytes.get(), &size, 0, texels.data(), 0, nullptr) == 0)
-        throw MakeError(ErrorKind::OutOfMemory, "{}: PNG: {}", path, png.message);
-    file.Write({bytes.get(), size});
+    std::vector<std::byte> bytes(size);
+    if (png_image_write_to_memory(&png, bytes.data(), &size, 0, texels.data(), 0, nullptr) == 0)
+        throw MakeError(ErrorKind::OutOfMemory, "{}: PNG: {}", name, png.message);
+    bytes.resize(size);
+    return bytes;
+}
+
+void WritePng(const std::filesystem::path& path, const Image8& image) {
+    CheckTexelCount(path, image.width, image.height, image.rgba.size());
+    AtomicFile file(path);
+    file.Write(EncodePng(image, path.string()));
     file.Commit();
 }
 

@@ -1,0 +1,217 @@
+// The report of `verify` as one page of HTML, with its pictures in it.
+#include <algorithm>
+#include <span>
+
+#include "base/text.h"
+#include "editor/cli/verify_report.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr const char* kHead = R"(<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>raygraph verify</title><style>
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1320px }
+body { padding: 0 1em; color: #222 }
+h2 { margin: 1.5em 0 .3em } .right { color: #176b2c } .wrong { color: #b3261e }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(380px, 1fr)); gap: 12px }
+figure { margin: 0 } figcaption { color: #555; margin-top: 2px }
+.frame { position: relative } .frame img { width: 100%; display: block; image-rendering: pixelated }
+.frame svg { position: absolute; inset: 0; width: 100%; height: 100% }
+table { border-collapse: collapse; margin: .6em 0 } td, th { padding: 2px 14px 2px 0; text-align: left }
+th { border-bottom: 1px solid #bbb; font-weight: 600 } td.n, th.n { text-align: right }
+.tables { display: flex; flex-wrap: wrap; gap: 0 4em } .best { font-size: 1.15em }
+</style></head><body>
+)";
+
+std::string Escaped(std::string_view text) {
+    std::string escaped;
+    for (const char c : Printable(text, 1024)) {
+        switch (c) {
+            case '&':
+                escaped += "&amp;";
+                break;
+            case '<':
+                escaped += "&lt;";
+                break;
+            case '>':
+                escaped += "&gt;";
+                break;
+            case '"':
+                escaped += "&quot;";
+                break;
+            default:
+                escaped += c;
+        }
+    }
+    return escaped;
+}
+
+// RFC 4648, section 4.
+std::string Base64(std::span<const std::byte> bytes) {
+    constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        const auto at = [&](size_t k) { return k < bytes.size() ? std::to_integer<uint32_t>(bytes[k]) : 0u; };
+        const uint32_t three = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+        for (int digit = 0; digit < 4; ++digit)
+            text += size_t(digit) <= bytes.size() - i ? kDigits[(three >> (18 - 6 * digit)) & 63u] : '=';
+    }
+    return text;
+}
+
+std::string Percent(double share) {
+    return Text("{:.2f} %", 100.0 * share);
+}
+
+// Makes a table of texts; columns after the first are numbers.
+class Table {
+  public:
+    explicit Table(std::vector<std::string> heads) { Add("th", heads); }
+    void Row(const std::vector<std::string>& cells) { Add("td", cells); }
+    std::string Html() const { return "<table>" + m_rows + "</table>\n"; }
+
+  private:
+    void Add(const char* tag, const std::vector<std::string>& cells) {
+        m_rows += "<tr>";
+        for (size_t i = 0; i < cells.size(); ++i)
+            m_rows += Text("<{}{}>{}</{}>", tag, i == 0 ? "" : " class=\"n\"", Escaped(cells[i]), tag);
+        m_rows += "</tr>\n";
+    }
+    std::string m_rows;
+};
+
+std::string Figure(const std::string& caption, const std::vector<std::byte>& png,
+                   const std::string& overlay) {
+    return "<figure><div class=\"frame\"><img alt=\"\" src=\"data:image/png;base64," + Base64(png) + "\">" +
+           overlay + "</div><figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+// Outlines tiles on a picture of that size.
+std::string Outlines(const std::vector<session::VerdictTile>& tiles, Extent2D size) {
+    std::string svg =
+        Text("<svg viewBox=\"0 0 {} {}\" preserveAspectRatio=\"none\">", size.width, size.height);
+    for (const session::VerdictTile& tile : tiles)
+        svg += Text(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#ff2d2d\" "
+            "stroke-width=\"1.5\" vector-effect=\"non-scaling-stroke\"/>",
+            tile.x, tile.y, tile.width, tile.height);
+    return svg + "</svg>";
+}
+
+std::string Tables(const VerifiedPicture& verified) {
+    const session::Verdict& verdict = verified.result.verdict;
+    Table checks({"check", "value", "limit", ""});
+    for (const session::VerdictCheck& check : verdict.checks) {
+        const bool isShare = check.name != "flip" && check.name != "ssim";
+        const auto text = [&](double value) { return isShare ? Percent(value) : Text("{:.4f}", value); };
+        checks.Row({check.name, text(check.value),
+                    (check.name == "ssim" ? "at least " : "") + text(check.limit),
+                    check.isPassed ? "passed" : "FAILED"});
+    }
+    std::string html = checks.Html();
+    const session::Diagnosis& diagnosis = verified.result.diagnosis;
+    if (!diagnosis.parts.empty()) {
+        Table parts({"part of the light", "share", "too much of it", "standard error"});
+        for (const session::PartFit& part : diagnosis.parts)
+            parts.Row({part.kind + ": " + part.name, Percent(part.share),
+                       Text("{:+.1f} %", 100.0 * part.amount), Percent(part.standardError)});
+        html += parts.Html();
+    }
+    if (!diagnosis.objects.empty()) {
+        Table objects({"where", "of the difference", "of the pixels", "too bright by"});
+        for (const session::ObjectShare& object : diagnosis.objects)
+            objects.Row({object.kind + " " + object.name, Percent(object.share), Percent(object.area),
+                         Text("{:+.1f} %", 100.0 * object.relativeError)});
+        html += objects.Html();
+    }
+    const std::vector<session::VerdictTile> worst = WorstTiles(verdict);
+    if (!worst.empty()) {
+        Table tiles({"worst tiles, from", "too bright by", "standard errors", "of the bound"});
+        for (const session::VerdictTile& tile : worst)
+            tiles.Row({Text("{}, {}", tile.x, tile.y), Text("{:+.1f} %", 100.0 * tile.relativeError),
+                       Text("{:+.1f}", tile.z), Text("{:.1f} times", tile.excess)});
+        html += tiles.Html();
+    }
+    if (!verdict.worstPixels.empty() && !verdict.isRight) {
+        Table pixels({"worst pixels", "reference", "picture", "of the bound"});
+        const auto color = [](const std::array<float, 3>& c) {
+            return Text("{:.3g} {:.3g} {:.3g}", c[0], c[1], c[2]);
+        };
+        for (size_t i = 0; i < std::min<size_t>(verdict.worstPixels.size(), 8); ++i) {
+            const session::VerdictPixel& pixel = verdict.worstPixels[i];
+            pixels.Row({Text("{}, {}", pixel.x, pixel.y), color(pixel.reference), color(pixel.picture),
+                        Text("{:.1f} times", pixel.excess)});
+        }
+        html += pixels.Html();
+    }
+    return "<div class=\"tables\">" + html + "</div>\n";
+}
+
+std::string Section(const VerifiedPicture& verified) {
+    const session::Verdict& verdict = verified.result.verdict;
+    std::string html = Text(
+        "<h2>{}: <span class=\"{}\">{}</span></h2>\n<p>Against the reference of {}, {} a pixel. The noise "
+        "of the picture is {}.{}</p>\n",
+        Escaped(verified.picture.name), verdict.isRight ? "right" : "wrong",
+        verdict.isRight ? "right" : "not right", Escaped(verified.scene),
+        Counted(verified.result.referenceSamples, "sample"), verdict.isNoiseEstimated ? "estimated" : "known",
+        verdict.isDecided ? "" : " More samples of the reference could change the verdict.");
+    const std::vector<session::Hypothesis>& hypotheses = verified.result.diagnosis.hypotheses;
+    if (!hypotheses.empty()) {
+        html +=
+            "<p class=\"best\">" + Escaped(hypotheses.front().text) +
+            Text(". This explains {:.0f} % of the difference.</p>\n", 100.0 * hypotheses.front().explained);
+        if (hypotheses.size() > 1) {
+            Table others({"or", "explains"});
+            for (size_t i = 1; i < hypotheses.size(); ++i)
+                others.Row({hypotheses[i].text, Text("{:.0f} %", 100.0 * hypotheses[i].explained)});
+            html += others.Html();
+        }
+    }
+    const Extent2D size = verified.picture.size;
+    const std::string outlines = Outlines(WorstTiles(verdict), size);
+    html += "<div class=\"pictures\">\n" + Figure("The picture", verified.shown.picture, outlines) +
+            Figure("The reference", verified.shown.reference, "") +
+            Figure(Text("FLIP, mean {:.4f}; noise alone would give {:.4f}", verdict.difference.flip,
+                        verdict.flipOfNoise),
+                   verified.shown.flip, "") +
+            Figure("Stops by which the picture is brighter (red) or darker (blue), up to 2",
+                   verified.shown.stops, outlines) +
+            "</div>\n";
+    return html + Tables(verified);
+}
+
+}  // namespace
+
+ReportPictures ShowPictures(Renderer& renderer, const session::Picture& reference,
+                            const session::Picture& picture, const session::Verdict& verdict,
+                            float exposureEv) {
+    const Extent2D size = picture.size;
+    const auto show = [&](const session::Picture& of) {
+        return image::EncodePng(session::ShowRadiance(renderer, of.radiance, size, exposureEv), of.name);
+    };
+    double luminance = 0.0;
+    for (size_t i = 0; i < reference.radiance.size(); i += 4)
+        luminance += session::LuminanceOf(&reference.radiance[i]);
+    const auto floor = static_cast<float>(0.01 * luminance / double(PixelCount(size)) + 1e-12);
+    const float white = std::min(reference.white, picture.white);
+    return {
+        .picture = show(picture),
+        .reference = show(reference),
+        .flip = image::EncodePng(session::ShowHeat(renderer, verdict.difference.flipMap, size, 1.0f), "flip"),
+        .stops = image::EncodePng(
+            session::ShowStops(session::StopsBetween(session::CutAt(reference.radiance, white),
+                                                     session::CutAt(picture.radiance, white), floor),
+                               size, 2.0f),
+            "stops")};
+}
+
+std::string VerifyHtml(const std::vector<VerifiedPicture>& pictures) {
+    std::string html = kHead;
+    for (const VerifiedPicture& picture : pictures) html += Section(picture);
+    return html + "</body></html>\n";
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,115 @@
+#include "editor/cli/verify_report.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "editor/cli/difference_report.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json PictureJson(const VerifiedPicture& verified) {
+    const session::Verdict& verdict = verified.result.verdict;
+    Json json{{"scene", verified.scene},
+              {"picture", verified.picture.name},
+              {"width", verified.picture.size.width},
+              {"height", verified.picture.size.height},
+              {"right", verdict.isRight},
+              {"decided", verdict.isDecided},
+              {"reference_samples", verified.result.referenceSamples},
+              {"new_samples", verified.result.newSamples},
+              {"noise", verdict.isNoiseEstimated ? "estimated" : "known"}};
+    for (const session::VerdictCheck& check : verdict.checks)
+        json["checks"].push_back({{"name", check.name},
+                                  {"value", check.value},
+                                  {"limit", check.limit},
+                                  {"passed", check.isPassed}});
+    json["difference"] = DifferenceJson(verdict.difference);
+    json["difference"]["flip_of_noise"] = verdict.flipOfNoise;
+    json["difference"]["ssim_of_noise"] = verdict.ssimOfNoise;
+    json["hypotheses"] = Json::array();
+    for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
+        json["hypotheses"].push_back({{"kind", hypothesis.kind},
+                                      {"name", hypothesis.name},
+                                      {"text", hypothesis.text},
+                                      {"explained", hypothesis.explained},
+                                      {"amount", hypothesis.amount}});
+    json["parts"] = Json::array();
+    for (const session::PartFit& part : verified.result.diagnosis.parts)
+        json["parts"].push_back({{"kind", part.kind},
+                                 {"name", part.name},
+                                 {"share", part.share},
+                                 {"amount", part.amount},
+                                 {"standard_error", part.standardError}});
+    json["objects"] = Json::array();
+    for (const session::ObjectShare& object : verified.result.diagnosis.objects)
+        json["objects"].push_back({{"kind", object.kind},
+                                   {"name", object.name},
+                                   {"share", object.share},
+                                   {"area", object.area},
+                                   {"relative_error", object.relativeError}});
+    json["worst_tiles"] = Json::array();
+    for (const session::VerdictTile& tile : WorstTiles(verdict))
+        json["worst_tiles"].push_back({{"x", tile.x},
+                                       {"y", tile.y},
+                                       {"width", tile.width},
+                                       {"height", tile.height},
+                                       {"relative_error", tile.relativeError},
+                                       {"z", tile.z},
+                                       {"excess", tile.excess}});
+    json["worst_pixels"] = Json::array();
+    for (const session::VerdictPixel& pixel : verdict.worstPixels)
+        json["worst_pixels"].push_back({{"x", pixel.x},
+                                        {"y", pixel.y},
+                                        {"excess", pixel.excess},
+                                        {"reference", pixel.reference},
+                                        {"picture", pixel.picture}});
+    return json;
+}
+
+}  // namespace
+
+std::vector<session::VerdictTile> WorstTiles(const session::Verdict& verdict) {
+    std::vector<session::VerdictTile> tiles = verdict.tiles;
+    std::erase_if(tiles, [](const session::VerdictTile& tile) { return tile.excess <= 1.0; });
+    std::ranges::sort(tiles, std::greater{}, &session::VerdictTile::excess);
+    constexpr size_t kMost = 8;
+    if (tiles.size() > kMost) tiles.resize(kMost);
+    return tiles;
+}
+
+std::string CheckText(const session::VerdictCheck& check) {
+    if (check.name == "ssim") return Text("ssim {:.3f}, at least {:.3f}", check.value, check.limit);
+    if (check.name == "flip") return Text("flip {:.3f}, at most {:.3f}", check.value, check.limit);
+    return Text("{} {:.2f} %, at most {:.2f} %", check.name, 100.0 * check.value, 100.0 * check.limit);
+}
+
+std::string DescribeVerdict(const VerifiedPicture& verified) {
+    const session::Verdict& verdict = verified.result.verdict;
+    std::string text =
+        Text("{}: {} ({} of the reference{})", Printable(verified.picture.name, 1024),
+             verdict.isRight ? "right" : "NOT RIGHT", Counted(verified.result.referenceSamples, "sample"),
+             verified.result.newSamples > 0 ? Text(", {} new", verified.result.newSamples) : "");
+    for (const session::VerdictCheck& check : verdict.checks)
+        if (!check.isPassed) text += "\n  " + CheckText(check);
+    for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
+        text += Text("\n  {:3.0f} %: {}", 100.0 * hypothesis.explained, hypothesis.text);
+    if (verdict.isRight && !verdict.isDecided)
+        text += "\n  more samples of the reference could change this (--spp)";
+    return text;
+}
+
+std::string VerifyJson(const std::vector<VerifiedPicture>& pictures) {
+    Json json{{"schema", 1}};
+    json["right"] = std::ranges::all_of(
+        pictures, [](const VerifiedPicture& picture) { return picture.result.verdict.isRight; });
+    json["pictures"] = Json::array();
+    for (const VerifiedPicture& picture : pictures) json["pictures"].push_back(PictureJson(picture));
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,41 @@
+// The report of `verify`: for people in a few lines, and as JSON, schema 1.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "editor/session/verify/verify.h"
+
+namespace raygraph::cli {
+
+// Holds PNGs that a page shows, sRGB; the map of FLIP and the difference in stops in false colors.
+struct ReportPictures {
+    std::vector<std::byte> picture, reference, flip, stops;
+};
+
+// Is the result for one picture.
+struct VerifiedPicture {
+    std::string scene;
+    session::Picture picture;
+    session::VerifyResult result;
+    ReportPictures shown = {};  // for VerifyHtml; empty: not made
+};
+
+// Returns a line with the verdict, and one for each check that failed.
+std::string DescribeVerdict(const VerifiedPicture& verified);
+std::string VerifyJson(const std::vector<VerifiedPicture>& pictures);
+
+// Returns the tiles that are beyond their bounds most, worst first, at most 8.
+std::vector<session::VerdictTile> WorstTiles(const session::Verdict& verdict);
+// Returns "tiles 12.50 %, at most 1.00 %".
+std::string CheckText(const session::VerdictCheck& check);
+
+// Makes the pictures of a page.
+ReportPictures ShowPictures(Renderer& renderer, const session::Picture& reference,
+                            const session::Picture& picture, const session::Verdict& verdict,
+                            float exposureEv);
+// Returns a page that needs no other file (verify_html.cpp).
+std::string VerifyHtml(const std::vector<VerifiedPicture>& pictures);
+
+}  // namespace raygraph::cli
