@@ -58,8 +58,9 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
                     TextureOr(surfaces, renderer, "surfaces", extent, kSurfaces),
                     renderer.CreateTexture("motion", {extent, kColors})};
     TraceFeatures features = ProgramFeatures(scene, settings);
-    features = features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceAnyHit | kTraceCapsules |
-                           kTraceTextureLod);
+    features =
+        features & (FeaturesOfKind(TraceFeatureKind::Textures) | kTraceMetals | kTraceGlass | kTraceVolumes |
+                    kTraceScattering | kTraceAnyHit | kTraceCapsules | kTraceTextureLod);
     const bool isDeformed = scene.deformedStreams.IsValid() && before.deformedStreams.IsValid();
     const uint64_t deformedBytes = isDeformed ? renderer.Desc(scene.deformedStreams).size : 0;
     renderer.AddPass(
@@ -126,13 +127,13 @@ TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean, Textur
 }
 
 TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
-                      const gpu::CameraRecord& camera, uint32_t stride, TextureId into) {
+                      const gpu::CameraRecord& camera, glm::ivec2 step, TextureId into) {
     const Extent2D extent = ExtentOfAll(renderer, {guided, surfaces});
     TextureId filtered = TextureOr(into, renderer, "filtered", extent, kColors);
     const struct {
         gpu::Film film;
-        int32_t stride;
-    } constants{FilmOf(camera, extent), static_cast<int32_t>(stride)};
+        glm::ivec2 step;
+    } constants{FilmOf(camera, extent), step};
     AddCompute(renderer, "FilterLevel", "real_time/filter.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("guided", guided);
         pass.Reads("surfaces", surfaces);
@@ -221,7 +222,7 @@ class RealTimeFrame {
         TextureId filtered = into(0) = EstimateVariance(m_renderer, mean, seen.albedo, into(0));
         for (uint32_t level = 0; level < m_of.filterLevels; ++level)
             filtered = into(level + 1) =
-                FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, 1u << level, into(level + 1));
+                FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, {1 << level, 0}, into(level + 1));
         const uint32_t mostFrames = std::max(m_of.mostFramesMoving, m_of.mostFramesStill);
         const TextureId picture =
             ResolveMoving(m_renderer, filtered, seen, mean.mean, m_before.mean.surfaces, m_before.picture,

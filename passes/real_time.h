@@ -87,13 +87,14 @@ RAYGRAPH_API void Release(Renderer& renderer, RealTimeHistory& history);
 // Textures have the picture's extent. They are rgba16f, which halves the memory and the time of 32 bits: what
 // is above 65504 counts as that. A step writes to `into` where that is valid.
 
-// The surfaces on Trace's camera rays, for the same settings.
+// The surfaces on Trace's camera rays, for the same settings, or those that smooth metal and clear glass show
+// there.
 struct SurfaceIds {
     // w: 1 where light looks alike from all sides, down to 0 for a mirror; 1 where nothing was hit
     TextureId albedo;
     TextureId surfaces;  // rg32ui, as in shaders/real_time/surface.glsl
-    // xy: pixels to where the surface was in the frame before; z: its depth there over that here; w: 0 if it
-    // had no place
+    // xy: pixels to where the surface was in the frame before, or its picture in a mirror; z: its depth there
+    // over that here; w: 0 if it had no place
     TextureId motion;
 };
 // The state of the scene in the frame before, for TraceSurfaces.
@@ -131,10 +132,10 @@ struct MovingMeanSettings {
 [[nodiscard]] RAYGRAPH_API TextureId EstimateVariance(Renderer& renderer, const MovingMeanIds& mean,
                                                       TextureId albedo, TextureId into = {});
 
-// Returns `guided`, the result of EstimateVariance or of a finer level, filtered by 3 x 3 taps that are
-// `stride` pixels apart.
+// Returns `guided`, the result of EstimateVariance or of a finer level, filtered by 3 x 3 taps: `step` is
+// from one to the next (pixels), and turned by 90 degrees from one row of them to the next.
 [[nodiscard]] RAYGRAPH_API TextureId FilterLevel(Renderer& renderer, TextureId guided, TextureId surfaces,
-                                                 const gpu::CameraRecord& camera, uint32_t stride,
+                                                 const gpu::CameraRecord& camera, glm::ivec2 step,
                                                  TextureId into = {});
 
 struct ResolveSettings {

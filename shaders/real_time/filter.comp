@@ -17,7 +17,7 @@ layout(set = 0, binding = 2, rgba16f) writeonly uniform image2D filtered;
 
 layout(push_constant, scalar) uniform Constants {
     Film film;
-    int stride;  // pixels from tap to tap
+    ivec2 step;  // pixels from tap to tap, and turned by 90 degrees
 } constants;
 
 const float kDeviations = 1.5f;  // of the luminance at which a weight is 1 / e
@@ -38,14 +38,15 @@ void main() {
     vec3 normal = NormalOf(texel);
     float depth = DepthOf(texel);
     vec3 offset = OffsetAt(film, vec2(pixel) + 0.5f, depth);
-    float bend = 1.0f + kBend * float(constants.stride);
+    ivec2 along = constants.step, across = ivec2(-along.y, along.x);
+    float bend = 1.0f + kBend * length(vec2(along));
     float luminance = Luminance(own.xyz);
     vec3 sum = vec3(0.0f);
     float variance = 0.0f, weights = 0.0f;
     for (int i = 0; i < 9; ++i) {
         if (i == 4) continue;
         ivec2 step = ivec2(i % 3, i / 3) - 1;
-        ivec2 at = pixel + constants.stride * step;
+        ivec2 at = pixel + step.x * along + step.y * across;
         if (!IsInside(at, size)) continue;
         uvec2 otherTexel = imageLoad(surfaces, at).xy;
         if (NumberOf(otherTexel) != number) continue;
@@ -54,6 +55,8 @@ void main() {
         vec3 away = OffsetAt(film, vec2(at) + 0.5f, otherDepth) - offset, otherNormal = NormalOf(otherTexel);
         float fromPlane = max(abs(dot(normal, away)), abs(dot(otherNormal, away))) /
                           (bend * FootprintAt(film, min(depth, otherDepth)));
+        // What a mirror shows is not where it seems to be
+        if (IsShown(number)) fromPlane = 1.0f + 20.0f / bend * abs(depth / otherDepth - 1.0f);
         float otherLuminance = Luminance(value.xyz);
         float deviation = kDeviations * length(vec2(own.w, value.w)) +
                           1e-4f * max(luminance, otherLuminance) + 1e-7f;

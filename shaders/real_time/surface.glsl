@@ -8,13 +8,19 @@
 const uint kNothingWritten = 0u;  // numbers that no surface has
 const uint kNothingHit = 1u;
 const uint kFirstNumber = 2u;
-const uint kNumbers = 4093u;  // the largest prime that leaves room for these in 12 bits
+const uint kNumbers = 2039u;  // the largest prime of which 12 bits have room for two more
+// Surfaces that mirrors or clear glass show have numbers from here on. Their depth is the length of the path
+// to them, as if that went straight on.
+const uint kFirstShownNumber = kFirstNumber + kNumbers;
+const float kFarAway = 1e5f;  // length of a path to the environment
 
 struct Surface {
     vec3 normal;
     float depth;  // along the camera's forward axis, in meters
     uint number;
 };
+
+bool IsShown(uint number) { return number >= kFirstShownNumber; }
 
 vec2 SignNotZero(vec2 v) { return vec2(v.x < 0.0f ? -1.0f : 1.0f, v.y < 0.0f ? -1.0f : 1.0f); }
 

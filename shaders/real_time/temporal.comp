@@ -32,19 +32,22 @@ struct History {
 
 // Returns whether the pixel of the frame before saw the same surface: it has its number and its side, and
 // lies in its plane. Both places are those of pixels' centers, each up to .7 pixels from that of the sample.
-bool IsSame(Surface now, vec3 offset, ivec2 pixel, uvec2 then) {
+// What a mirror or glass shows is not where it seems to be, but has a similar depth.
+bool IsSame(Surface now, vec3 offset, float depthThen, ivec2 pixel, uvec2 then) {
     if (NumberOf(then) != now.number) return false;
     if (now.number == kNothingHit) return true;
     float depth = DepthOf(then);
     vec3 normal = NormalOf(then);
+    if (IsShown(now.number))
+        return dot(now.normal, normal) > 0.7f && abs(depth - depthThen) < 0.1f * depthThen;
     float fromPlane = abs(dot(normal, offset - OffsetAt(constants.filmBefore, vec2(pixel) + 0.5f, depth)));
     return dot(now.normal, normal) > 0.7f &&
            fromPlane < 2.0f * FootprintAt(constants.filmBefore, depth) + 1e-3f * abs(depth);
 }
 
-void Take(inout History history, Surface now, vec3 offset, ivec2 pixel, float weight) {
+void Take(inout History history, Surface now, vec3 offset, vec4 moved, ivec2 pixel, float weight) {
     if (!(weight > 0.0f) || !IsInside(pixel, imageSize(meanBefore))) return;
-    if (!IsSame(now, offset, pixel, imageLoad(surfacesBefore, pixel).xy)) return;
+    if (!IsSame(now, offset, moved.z * now.depth, pixel, imageLoad(surfacesBefore, pixel).xy)) return;
     vec4 mean = imageLoad(meanBefore, pixel);
     float luminance = Luminance(mean.xyz), deviation = imageLoad(deviationBefore, pixel).x;
     history.mean += weight * mean;
@@ -68,13 +71,13 @@ History HistoryOf(ivec2 pixel, Surface now, vec4 moved) {
     for (int i = 0; i < 4; ++i) {
         ivec2 step = ivec2(i & 1, i >> 1);
         vec2 along = mix(1.0f - part, part, vec2(step));
-        Take(history, now, offset, corner + step, along.x * along.y);
+        Take(history, now, offset, moved, corner + step, along.x * along.y);
     }
     if (history.weight > 0.01f) return history;
     // The surface covers a part of the pixel only, and was not what the sample before saw of it
     ivec2 nearest = ivec2(floor(place));
     for (int i = 0; i < 9; ++i)
-        Take(history, now, offset, nearest + ivec2(i % 3, i / 3) - 1, 1.0f);
+        Take(history, now, offset, moved, nearest + ivec2(i % 3, i / 3) - 1, 1.0f);
     return history;
 }
 
@@ -93,7 +96,7 @@ void main() {
         history.mean /= history.weight;
         float average = Luminance(history.mean.xyz), away = Luminance(value) - average;
         variance = max(history.square / history.weight - average * average, 0.0f);
-        // A mirror's picture does not move as its surface does
+        // What surfaces that are not dull reflect does not move as they do
         float most = moved.xy == vec2(0.0f) ? constants.most : max(constants.most * color.w, 2.0f);
         float count = min(min(history.mean.w, constants.mostBefore) + 1.0f, most);
         newMean = vec4(mix(history.mean.xyz, value, 1.0f / count), count);

@@ -3,10 +3,12 @@
 //   env=FILE        an environment map
 //   distance=M      from the camera to the axis that it orbits; half of that to the middle of the scene
 //   degrees=D       per frame; 0.5
+//   clip=N          plays that animation, 60 frames a second, while the camera orbits
 //   samples=N       of the reference; 1024
 //   reference=FILE  where it is kept: read if it exists, else written
 //   passes=1        prints GPU times of passes, too, and the memory that the first filtered frame adds
 //   stop=1          prints the relMSE of two frames after the stop, and of the mean of three samples
+//   hand-over=1     prints the relMSE of the still picture, of the mean of some samples, and of both handed over
 //   shaders=FOLDER  of the shaders' sources, to try changes
 //   pictures=PREFIX writes PREFIX-raw.png, -real-time.png, -reference.png and -error.png: white where the error
 //                   is ten times the mean or more
@@ -14,6 +16,7 @@
 // of the picture after the 16th frame, FLIP, SSIM, energy, flicker of both after 32 still frames, and the time of
 // a frame while moving.
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -21,6 +24,7 @@
 #include <exception>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,6 +40,8 @@
 #include "renderer/graph/pass_harness.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/animation/pose.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/camera_view.h"
 #include "rhi/device.h"
@@ -136,6 +142,12 @@ class Measurement {
         scene::SceneData data = scene::LoadGltf(m_file);
         const float aspect = static_cast<float>(m_extent.width) / static_cast<float>(m_extent.height);
         m_view = scene::ChooseView(data, Option("camera", ""), aspect);
+        if (m_options.contains("clip")) {
+            scene::DeformInstances(data);
+            m_posed = scene::PoseOutline(data);
+            m_evaluator.emplace(m_posed);
+            m_applier.emplace(m_posed);
+        }
         m_scene.SetScene(std::move(data));
         if (m_options.contains("env"))
             m_scene.SetEnvironmentMap(image::ReadEnvironment(m_options["env"]).image);
@@ -166,6 +178,7 @@ class Measurement {
             view.yFov = m_view.yFov;
             passes::TraceSettings settings = passes::FrameSettings(m_extent, view, {}, {});
             settings.sampleIndex = static_cast<uint32_t>(frame);
+            Pose(frame);
             const auto begin = std::chrono::steady_clock::now();
             Frame(settings);
             if (frame > 1 && frame < kMovingFrames)
@@ -203,6 +216,7 @@ class Measurement {
         if (m_options.contains("stop"))
             std::printf("  2 frames after the stop %.5f, mean of 3 samples %.5f\n",
                         RelativeSquaredError(stopped, m_reference), RelativeSquaredError(mean, m_reference));
+        if (m_options.contains("hand-over")) HandOver(moved);
         for (const auto& [name, ms] : m_passMs)
             if (m_options.contains("passes"))
                 std::printf("  %-20s %8.3f ms\n", name.c_str(), ms / m_timedFrames);
@@ -239,6 +253,15 @@ class Measurement {
         m_rawShown = WaitForValues<uint8_t>(rawShown);
         m_filteredShown = WaitForValues<uint8_t>(filteredShown);
     }
+    // Moves what the clip moves to where it is in that frame, and tells it as the viewport does.
+    void Pose(int frame) {
+        if (!m_evaluator) return;
+        const scene::ClipState clip{.animation = static_cast<uint32_t>(std::stoul(m_options["clip"])),
+                                    .seconds = std::min(frame, kMovingFrames - 1) / 60.0};
+        m_scene.SetPose(m_posed, *m_applier,
+                        m_applier->Apply(m_posed, m_evaluator->Evaluate(m_posed, {&clip, 1})));
+        if (frame < kMovingFrames) m_history.Limit(8);
+    }
     void AddGpuTimes(bool counts) {
         for (const FrameTiming& timing : m_renderer.TakeTimings()) {
             if (!counts || timing.frame < 3) continue;
@@ -264,6 +287,30 @@ class Measurement {
         }
         m_reference = WaitForValues<float>(mean);
         m_renderer.TakeTimings();
+    }
+    // Hands the still picture over to samples that accumulate.
+    void HandOver(passes::TraceSettings settings) {
+        passes::Accumulation accumulation("handed over");
+        settings.seed = 78;
+        std::printf("  %7s %9s %9s %9s\n", "samples", "picture", "mean", "shown");
+        for (settings.sampleIndex = 0; settings.sampleIndex < 256; ++settings.sampleIndex) {
+            m_renderer.BeginFrame();
+            const SceneIds ids = m_scene.Declare(m_renderer);
+            const passes::AccumulatedIds samples = passes::Accumulate(
+                m_renderer, passes::Trace(m_renderer, ids, settings).radiance, accumulation, true);
+            const TextureId picture = passes::LastRealTime(m_renderer, m_history, m_extent);
+            const TextureId shown = passes::HandOver(m_renderer, picture, samples, accumulation.Declared());
+            const Readback mean = m_renderer.ReadBack(samples.mean), both = m_renderer.ReadBack(shown),
+                           display = m_renderer.ReadBack(Shown(shown));
+            m_renderer.Execute();
+            const uint32_t count = settings.sampleIndex + 1;
+            const Picture means = WaitForValues<float>(mean), pictures = WaitForValues<float>(both);
+            if (count < 4 || (count != 11 && !std::has_single_bit(count))) continue;
+            std::printf("  %7u %9.5f %9.5f %9.5f\n", count, RelativeSquaredError(m_filtered, m_reference),
+                        RelativeSquaredError(means, m_reference),
+                        RelativeSquaredError(pictures, m_reference));
+            Save(("-hand-over-" + std::to_string(count) + ".png").c_str(), WaitForValues<uint8_t>(display));
+        }
     }
     void Reference(const passes::TraceSettings& settings, const std::vector<uint8_t>& rawShown,
                    const std::vector<uint8_t>& shown) {
@@ -339,6 +386,9 @@ class Measurement {
     std::deque<Staging> m_staging;
     Renderer m_renderer;
     GpuScene m_scene;
+    scene::SceneData m_posed;  // if a clip is played
+    std::optional<scene::PoseEvaluator> m_evaluator;
+    std::optional<scene::PoseApplier> m_applier;
     scene::CameraView m_view;
     passes::RealTimeHistory m_history{"realTime"};
     Picture m_raw, m_filtered, m_reference;

@@ -13,7 +13,7 @@
 #include "passes/scene_bindings.h"
 #include "renderer/graph/pass_harness.h"
 #include "renderer/graph/readback_values.h"
-#include "tests/passes/deforming_scene.h"
+#include "tests/realtime/room.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -154,11 +154,11 @@ class RealTimeSteps : public VulkanTest {
             })
             .values;
     }
-    Picture Filter(Extent2D extent, const Picture& guided, const Picture& surfaces, uint32_t stride) {
+    Picture Filter(Extent2D extent, const Picture& guided, const Picture& surfaces, int stride) {
         return harness
             .Run([&](PassHarness& h) {
                 return passes::FilterLevel(h.Graph(), Texture(h, "guided", extent, guided),
-                                           Surfaces(h, extent, surfaces), Camera(extent), stride);
+                                           Surfaces(h, extent, surfaces), Camera(extent), {stride, 0});
             })
             .values;
     }
@@ -184,8 +184,7 @@ class RealTimeSteps : public VulkanTest {
         const Picture surfacesBefore = loop.mean.surfaces;
         loop.mean = Accumulate(extent, frame, loop.mean, mostBefore, 32);
         Picture filtered = Variance(extent, loop.mean);
-        for (const uint32_t stride : {1, 2, 4, 8, 16})
-            filtered = Filter(extent, filtered, frame.surfaces, stride);
+        for (const int stride : {1, 2, 4, 8, 16}) filtered = Filter(extent, filtered, frame.surfaces, stride);
         loop.picture = Resolve(extent, filtered, frame, loop.mean.mean, surfacesBefore, loop.picture,
                                {mostBefore, 10, 64, false});
     }
@@ -261,6 +260,19 @@ TEST_F(RealTimeSteps, AccumulateMoving_OtherSurface_HasNoHistory) {
     Frame placeless = StillFrame(extent, Filled(extent, Gray(1.0f)));
     placeless.motion = Filled(extent, {0, 0, 1, 0});
     EXPECT_EQ(Accumulate(extent, placeless, mean).mean, Filled(extent, {2, 2, 2, 1}));
+}
+
+// What a mirror shows seems to be where it is not: its plane says nothing, and its distance must agree.
+TEST_F(RealTimeSteps, AccumulateMoving_ShownSurface_HasItsHistoryByItsDistance) {
+    const Extent2D extent{6, 4};
+    const auto shown = [](float depth) { return Texel{0.7f, 0, depth, 3000}; };
+    Frame frame = StillFrame(extent, Filled(extent, Gray(1.0f)));
+    frame.surfaces = Made(extent, [&](int x, int) { return shown(2.0f + 0.02f * static_cast<float>(x)); });
+    const Mean mean = Accumulate(extent, frame, NoMean(extent));
+    frame.surfaces = Filled(extent, shown(2.05f));
+    EXPECT_EQ(Accumulate(extent, frame, mean).mean, Filled(extent, {2, 2, 2, 2}));
+    frame.surfaces = Filled(extent, shown(2.5f));
+    EXPECT_EQ(Accumulate(extent, frame, mean).mean, Filled(extent, {2, 2, 2, 1}));
 }
 
 // The sample of an edge's pixel is of either surface by chance.
@@ -369,7 +381,7 @@ TEST_F(RealTimeSteps, FilterLevel_NothingLeaksOverEdges) {
     });
     for (const Texel& beyond : {kOther, kTurned, kNothing, kFarther}) {
         const Picture surfaces = Made(extent, [&](int x, int) { return x < 4 ? kWall : beyond; });
-        for (const uint32_t stride : {1, 2}) {
+        for (const int stride : {1, 2}) {
             const Picture filtered = Filter(extent, guided, surfaces, stride);
             for (int y = 0; y < 8; ++y)
                 for (int x = 0; x < 4; ++x)
@@ -388,7 +400,7 @@ TEST_F(RealTimeSteps, FilterLevel_Noise_FallsAndKeepsItsMean) {
     });
     double before = 0.0, after = 0.0, error = 0.0;
     for (size_t i = 0; i < picture.size(); i += 4) before += picture[i] / 4096.0;
-    for (const uint32_t stride : {1, 2, 4}) picture = Filter(extent, picture, Filled(extent, kWall), stride);
+    for (const int stride : {1, 2, 4}) picture = Filter(extent, picture, Filled(extent, kWall), stride);
     for (size_t i = 0; i < picture.size(); i += 4) {
         after += picture[i] / 4096.0;
         error += (picture[i] - 1.0) * (picture[i] - 1.0) / 4096.0;
@@ -415,7 +427,7 @@ TEST_F(RealTimeSteps, FilterLevel_LosesNoLight) {
         return total;
     };
     const double before = sum(picture);
-    for (const uint32_t stride : {1, 2, 4}) {
+    for (const int stride : {1, 2, 4}) {
         const Picture filtered = Filter(extent, picture, surfaces, stride);
         EXPECT_NEAR(sum(filtered), before, 0.001 * before) << stride;
         picture = filtered;
@@ -434,8 +446,7 @@ TEST_F(RealTimeSteps, Firefly_IsDistributedButABodyIsNot) {
                        }),
                   std::vector<float>(33 * 33), Filled(extent, kWall)};
         Picture picture = Variance(extent, mean);
-        for (const uint32_t stride : {1, 2, 4, 8, 16})
-            picture = Filter(extent, picture, mean.surfaces, stride);
+        for (const int stride : {1, 2, 4, 8, 16}) picture = Filter(extent, picture, mean.surfaces, stride);
         return picture;
     };
     const Picture firefly = filtered(1);
@@ -635,29 +646,9 @@ TEST_F(RealTimeSteps, HandOver_WeighsByBothErrors) {
 
 namespace {
 
-scene::SceneData Room() {
-    scene::SceneData data =
-        SceneOf({BoxMesh(1.0f), BoxMesh(0.3f, 1)},
-                {Lambert(glm::vec3(0.6f), glm::vec3(0.4f)), Lambert(glm::vec3(0.8f, 0.3f, 0.2f))},
-                {glm::mat4x3(1.0f), Translation({0.3f, -0.5f, 0.1f})});
-    scene::Light light;
-    light.intensity = 0.3f;
-    light.lightToWorld = Translation({-0.3f, 0.7f, 0.2f});
-    data.lights.push_back(light);
-    return data;
-}
-
 class RealTimeView : public VulkanTest {
   protected:
     RealTimeView() { render.scene.SetScene(Room()); }
-
-    passes::TraceSettings Settings(Extent2D extent, const glm::vec3& eye = {-0.8f, 0.1f, 0.3f}) {
-        passes::TraceSettings settings = LookAt(eye, {1.0f, -0.5f, 0.0f}, 1.2f, 16);
-        const float aspect = static_cast<float>(extent.width) / static_cast<float>(extent.height);
-        settings.camera.right *= aspect;
-        settings.extent = extent;
-        return settings;
-    }
     // A frame, its picture, and the mean of all samples since the accumulation was reset.
     FloatImage Frame(const passes::TraceSettings& settings, FloatImage* mean = nullptr) {
         render.renderer.BeginFrame();
@@ -677,30 +668,6 @@ class RealTimeView : public VulkanTest {
         std::memcpy(shown.values.data(), values.data(), values.size() * sizeof(float));
         return shown;
     }
-    struct Seen {
-        std::vector<uint32_t> numbers;
-        std::vector<float> dullness;
-    };
-    // Returns what the camera sees where the body in the room has that material.
-    Seen SeenOf(const scene::Material& material) {
-        scene::SceneData data = Room();
-        data.materials[1] = material;
-        render.scene.SetScene(std::move(data));
-        const passes::TraceSettings settings = Settings({24, 16});
-        render.renderer.BeginFrame();
-        const SceneIds ids = render.Declare();
-        const passes::SurfaceIds seen = passes::TraceSurfaces(
-            render.renderer, ids, settings, {passes::ParametersFor(ids, settings).camera, ids.instances, {}});
-        const Readback surfaces = render.renderer.ReadBack(seen.surfaces),
-                       albedo = render.renderer.ReadBack(seen.albedo);
-        render.renderer.Execute();
-        Seen result;
-        const std::vector<uint32_t> words = WaitForValues<uint32_t>(surfaces);
-        for (size_t i = 1; i < words.size(); i += 2) result.numbers.push_back(words[i] & 0xFFFu);
-        albedo.Wait();
-        result.dullness = ChannelOf(DecodeTexels(albedo.Bytes(), albedo.Extent(), albedo.Format()).values, 3);
-        return result;
-    }
     float SamplesAt(const FloatImage& picture, uint32_t x, uint32_t y) { return picture.At(x, y).w; }
 
     SceneRender render{Device()};
@@ -711,7 +678,7 @@ class RealTimeView : public VulkanTest {
 }  // namespace
 
 TEST_F(RealTimeView, Still_KeepsTheEnergy) {
-    passes::TraceSettings settings = Settings({48, 32});
+    passes::TraceSettings settings = RoomSettings({48, 32});
     FloatImage picture, mean;
     for (settings.sampleIndex = 0; settings.sampleIndex < 64; ++settings.sampleIndex)
         picture = Frame(settings, &mean);
@@ -722,7 +689,7 @@ TEST_F(RealTimeView, Still_KeepsTheEnergy) {
 
 TEST_F(RealTimeView, AnySize_IsFiniteAndLit) {
     for (const Extent2D extent : {Extent2D{1, 1}, Extent2D{3, 1}, Extent2D{1, 5}, Extent2D{9, 7}}) {
-        passes::TraceSettings settings = Settings(extent);
+        passes::TraceSettings settings = RoomSettings(extent);
         FloatImage picture;
         for (; settings.sampleIndex < 3; ++settings.sampleIndex) picture = Frame(settings);
         for (const glm::vec4& texel : picture.values)
@@ -733,7 +700,7 @@ TEST_F(RealTimeView, AnySize_IsFiniteAndLit) {
 }
 
 TEST_F(RealTimeView, OneFrame_HasLessNoiseThanItsSample) {
-    passes::TraceSettings settings = Settings({48, 32});
+    passes::TraceSettings settings = RoomSettings({48, 32});
     FloatImage mean, sample, unused;
     for (settings.sampleIndex = 100; settings.sampleIndex < 228; ++settings.sampleIndex)
         Frame(settings, &mean);
@@ -753,17 +720,17 @@ TEST_F(RealTimeView, OneFrame_HasLessNoiseThanItsSample) {
 }
 
 TEST_F(RealTimeView, EveryCause_LimitsTheHistoryAsFarAsItConcernsIt) {
-    passes::TraceSettings settings = Settings({24, 16});
+    passes::TraceSettings settings = RoomSettings({24, 16});
     const auto settle = [&] {
         for (int i = 0; i < 6; ++i, ++settings.sampleIndex) Frame(settings);
         EXPECT_EQ(history.StillFrames(), 5u);
     };
     history.Limit(0);
     settle();
-    settings = Settings({24, 16}, {-0.78f, 0.1f, 0.3f});  // The camera moves: surfaces keep their samples
+    settings = RoomSettings({24, 16}, {-0.78f, 0.1f, 0.3f});  // The camera moves: surfaces keep their samples
     EXPECT_GT(SamplesAt(Frame(settings), 12, 8), 5.0f);
     EXPECT_EQ(history.StillFrames(), 0u);
-    settings = Settings({24, 16});
+    settings = RoomSettings({24, 16});
     history.Limit(0);
     settle();
     history.Limit(3);
@@ -776,98 +743,13 @@ TEST_F(RealTimeView, EveryCause_LimitsTheHistoryAsFarAsItConcernsIt) {
 }
 
 TEST_F(RealTimeView, MovedBody_TakesItsHistoryAlong) {
-    passes::TraceSettings settings = Settings({48, 32});
+    passes::TraceSettings settings = RoomSettings({48, 32});
     for (int i = 0; i < 4; ++i, ++settings.sampleIndex) Frame(settings);
     render.scene.SetTransform(1, Translation({0.3f, -0.5f, 0.2f}));
     const FloatImage picture = Frame(settings);
     float counted = 0.0f;
     for (const glm::vec4& texel : picture.values) counted += texel.w > 4.0f ? 1.0f : 0.0f;
     EXPECT_GT(counted, 0.9f * 48.0f * 32.0f);
-}
-
-// A sample hits it by chance; pixels and frames must see the same of both surfaces.
-TEST_F(RealTimeView, BlendSurface_IsSeenWhereItIsRatherOpaque) {
-    const auto numbersSeen = [&](float alpha) {
-        scene::Material material = Lambert(glm::vec3(0.8f));
-        material.alphaMode = scene::AlphaMode::Blend;
-        material.baseColorFactor.a = alpha;
-        return SeenOf(material).numbers;
-    };
-    const std::vector<uint32_t> opaque = numbersSeen(1.0f), clear = numbersSeen(0.3f);
-    EXPECT_EQ(numbersSeen(0.7f), opaque);
-    EXPECT_NE(opaque, clear);
-    EXPECT_EQ(clear, std::vector<uint32_t>(clear.size(), clear[0]));  // The room alone
-}
-
-// Samples of what does not move with its surface count for few, and paint is no metal.
-TEST_F(RealTimeView, Metal_IsDullByItsRoughnessAndAnotherSurfaceThanPaint) {
-    const auto seen = [&](float metallic, float roughness) {
-        scene::Material material = Lambert(glm::vec3(0.8f));
-        material.metallicFactor = metallic;
-        material.roughnessFactor = roughness;
-        return SeenOf(material);
-    };
-    const auto leastDullness = [](const Seen& of) { return *std::ranges::min_element(of.dullness); };
-    const Seen paint = seen(0.0f, 0.1f), mirror = seen(1.0f, 0.1f), metal = seen(1.0f, 0.65f);
-    EXPECT_EQ(leastDullness(paint), 1.0f);
-    EXPECT_EQ(leastDullness(mirror), 0.0f);
-    EXPECT_NEAR(leastDullness(metal), 0.5f, 0.01f);
-    EXPECT_EQ(leastDullness(seen(1.0f, 1.0f)), 1.0f);
-    EXPECT_EQ(mirror.numbers, metal.numbers);
-    for (size_t i = 0; i < mirror.dullness.size(); ++i)
-        EXPECT_EQ(paint.numbers[i] == mirror.numbers[i], mirror.dullness[i] == 1.0f);
-}
-
-// The camera stands still: what moves on the picture are deformed vertices alone.
-TEST_F(RealTimeView, DeformedVertices_HaveTheMotionOfTheirPose) {
-    PosedScene posed(SheetScene({.influences = 0, .targets = 1}));
-    render.scene.SetScene(scene::SceneData(posed.scene));
-    const passes::TraceSettings settings = LookAt({3, 2, 4}, {0, 2, 0}, 1.0f, 32);
-    render.renderer.BeginFrame();
-    const SceneIds ids = render.Declare();
-    const BufferId kept = render.renderer.PersistBuffer(
-        "realTimeTest.vertices", {.size = render.renderer.Desc(ids.deformedStreams).size});
-    BufferId copied;
-    render.renderer.AddPass(
-        "Copy", PassKind::Transfer,
-        [&](PassBuilder& pass) {
-            pass.CopiesFrom(ids.deformedStreams);
-            copied = pass.CopiesTo(kept);
-        },
-        [from = ids.deformedStreams, kept](CommandList& commands, const PassResources& resources) {
-            commands.CopyBuffer(resources.Buffer(from), 0, resources.Buffer(kept), 0,
-                                resources.Buffer(from).Size());
-        });
-    const Readback unused = render.renderer.ReadBack(copied);
-    render.renderer.Execute();
-
-    render.scene.SetMorphWeights(0, std::array{1.0f});
-    render.renderer.BeginFrame();
-    const SceneIds now = render.Declare();
-    const passes::SurfaceIds seen = passes::TraceSurfaces(
-        render.renderer, now, settings,
-        {passes::ParametersFor(now, settings).camera, now.instances,
-         render.renderer.PersistBuffer("realTimeTest.vertices", render.renderer.Desc(now.deformedStreams))});
-    const Readback motion = render.renderer.ReadBack(seen.motion),
-                   found = render.renderer.ReadBack(seen.surfaces);
-    render.renderer.Execute();
-    motion.Wait();
-    found.Wait();
-    double moved = 0.0, count = 0.0;
-    const std::vector<float> pixels = DecodeTexels(motion.Bytes(), motion.Extent(), motion.Format()).values;
-    const std::vector<uint32_t> surfaces = ValuesOf<uint32_t>(found);
-    for (size_t i = 0; i < pixels.size() / 4; ++i) {
-        if (static_cast<float>(surfaces[2 * i + 1] & 0xFFFu) == kNothing[3]) {
-            EXPECT_EQ(pixels[4 * i], 0.0f);
-            continue;
-        }
-        moved += std::hypot(pixels[4 * i], pixels[4 * i + 1]);
-        count += 1.0;
-    }
-    ASSERT_GT(count, 40.0);
-    EXPECT_GT(moved / count, 0.3);  // pixels
-    EXPECT_LT(moved / count, 3.0);
-    render.renderer.Release("realTimeTest.vertices");
 }
 
 }  // namespace raygraph::testing::real_time_test
