@@ -171,9 +171,9 @@ GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSetti
     constexpr uint32_t kLeast = 16, kFurther = 192;
     const bool hasSeen = settings.sampleCount <= kMostSeenSamples && !scene.features.Has(kTraceProbeMedia);
     const uint32_t own = hasSeen ? settings.sampleCount : 0;
-    const struct {
-        uint32_t leastCount, ownCount, mostCount;
-    } constants{kLeast, own, own > 0 ? own + kFurther : kLeast};
+    struct {
+        uint32_t leastCount, ownCount, mostCount, firstRow;
+    } constants{kLeast, own, own > 0 ? own + kFurther : kLeast, 0};
     const Extent2D traced = RegionOf(settings).Extent();
     const auto texture = [&](const char* name) {
         return renderer.CreateTexture(name, {traced, Format::Rgba32Float});
@@ -204,8 +204,14 @@ GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSetti
             guides.normal = pass.Writes("normal", guides.normal);
             guides.seen = pass.Writes("seen", guides.seen);
             guides.seenByAll = pass.Writes("seenByAll", guides.seenByAll);
+            pass.Dividable();
         },
-        [traced](CommandList& commands) { commands.TraceRays(traced); });
+        [traced, constants](CommandList& commands) mutable {
+            const rhi::Portion rows = commands.PortionOf(traced.height);
+            constants.firstRow = rows.first;
+            commands.PushConstants(std::as_bytes(std::span(&constants, 1)));
+            commands.TraceRays({traced.width, rows.end - rows.first});
+        });
     return guides;
 }
 

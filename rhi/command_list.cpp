@@ -81,6 +81,7 @@ CommandList& CommandList::operator=(CommandList&& other) noexcept {
     m_pipeline = std::exchange(other.m_pipeline, nullptr);
     m_tracing = std::exchange(other.m_tracing, nullptr);
     m_compute = std::exchange(other.m_compute, nullptr);
+    m_portion = std::exchange(other.m_portion, {});
     m_bindPoint = other.m_bindPoint;
     return *this;
 }
@@ -219,7 +220,17 @@ void CommandList::Dispatch(uint32_t groupsX, uint32_t groupsY, uint32_t groupsZ)
         throw MakeError(ErrorKind::Usage,
                         "Dispatch: pipeline '{}': {} x {} x {} groups, the device takes {} x {} x {}",
                         m_compute->Name(), groupsX, groupsY, groupsZ, max[0], max[1], max[2]);
-    Vk().vkCmdDispatch(m_commands, groupsX, groupsY, groupsZ);
+    if (m_portion.IsWhole()) {
+        Vk().vkCmdDispatch(m_commands, groupsX, groupsY, groupsZ);
+        return;
+    }
+    std::array<uint32_t, 3> first{}, count{groupsX, groupsY, groupsZ};
+    const size_t longest = static_cast<size_t>(std::ranges::max_element(count) - count.begin());
+    const Portion groups = PortionOf(count[longest]);
+    first[longest] = groups.first;
+    count[longest] = groups.end - groups.first;
+    if (count[longest] > 0)
+        Vk().vkCmdDispatchBase(m_commands, first[0], first[1], first[2], count[0], count[1], count[2]);
 }
 
 void CommandList::DispatchOver(Extent2D extent) {

@@ -53,6 +53,15 @@ struct DepthTarget {
     uint32_t layer = 0;
 };
 
+// Describes a part of the workgroups of a dispatch: those from `first` to before `end`, in `of`-ths.
+struct Portion {
+    uint32_t first = 0;
+    uint32_t end = 1;
+    uint32_t of = 1;
+
+    bool IsWhole() const { return first == 0 && end == of; }
+};
+
 class RAYGRAPH_API CommandList {
   public:
     CommandList() = default;
@@ -86,6 +95,17 @@ class RAYGRAPH_API CommandList {
     void Dispatch(uint32_t groupsX, uint32_t groupsY = 1, uint32_t groupsZ = 1);
     // Dispatches over `extent` with the bound compute pipeline's own workgroup size.
     void DispatchOver(Extent2D extent);
+    // Restricts later dispatches to a part of their workgroups, so that portions that follow each other
+    // execute each workgroup once, with the ids that it has in the whole. Pipelines must be
+    // ComputePipelineDesc::isDividable unless the portion is whole. TraceRays knows nothing of it.
+    void SetPortion(const Portion& portion) { m_portion = portion; }
+    // Returns which of `count` things, such as rows, are in the portion: from `first` to before `end`.
+    Portion PortionOf(uint32_t count) const {
+        const auto boundary = [&](uint32_t part) {
+            return static_cast<uint32_t>(uint64_t{count} * part / m_portion.of);
+        };
+        return {.first = boundary(m_portion.first), .end = boundary(m_portion.end), .of = count};
+    }
     // Launches one ray-generation invocation for each texel. An empty extent records nothing.
     void TraceRays(Extent2D extent);
 
@@ -158,6 +178,7 @@ class RAYGRAPH_API CommandList {
     const Pipeline* m_pipeline = nullptr;
     const RayTracingPipeline* m_tracing = nullptr;
     const ComputePipeline* m_compute = nullptr;
+    Portion m_portion;
     VkPipelineBindPoint m_bindPoint = VK_PIPELINE_BIND_POINT_COMPUTE;
 };
 

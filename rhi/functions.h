@@ -115,6 +115,7 @@
     X(vkCmdPushDescriptorSetKHR)                        \
     X(vkCmdPushConstants)                               \
     X(vkCmdDispatch)                                    \
+    X(vkCmdDispatchBase)                                \
     X(vkCmdTraceRaysKHR)                                \
     X(vkCmdBeginRendering)                              \
     X(vkCmdEndRendering)                                \

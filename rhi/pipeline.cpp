@@ -136,7 +136,7 @@ ComputePipeline::ComputePipeline(Device& device, const ComputePipelineDesc& desc
     create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
     create.stage = stages.Infos()[0];
     create.layout = m_layout;
-    create.flags = device.PipelineFlags();
+    create.flags = device.PipelineFlags() | (desc.isDividable ? VK_PIPELINE_CREATE_DISPATCH_BASE_BIT : 0);
     const Stopwatch stopwatch;
     device.Check(device.Vk().vkCreateComputePipelines(device.Handle(), device.PipelineCache(), 1, &create,
                                                       device.AllocationCallbacks(), &m_pipeline),

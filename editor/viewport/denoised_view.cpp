@@ -21,8 +21,8 @@ uint32_t Rounded(double count) {
 }  // namespace
 
 uint32_t DenoisedView::First(double cost) {
-    constexpr double kLeast = 4.0;
-    return Rounded(std::max(kLeast, cost));
+    constexpr double kLeast = 4.0, kCostShare = 0.5;
+    return Rounded(std::max(kLeast, kCostShare * cost));
 }
 
 uint32_t DenoisedView::Next(uint32_t last, double cost) {
@@ -42,16 +42,21 @@ uint32_t DenoisedView::Due(const State& state) const {
 
 uint32_t DenoisedView::NextStop(const passes::Accumulation& samples) const {
     const uint32_t count = samples.SampleCount();
-    return std::min(std::max(Due(StateFor(samples)), count + 1),
-                    std::max(std::bit_ceil(count + 1), kLeastHalf));
+    const uint32_t half = std::max(std::bit_ceil(count + 1), kLeastHalf);
+    const State state = StateFor(samples);
+    return state.pending > 0 ? half : std::min(std::max(Due(state), count + 1), half);
 }
 
 uint32_t DenoisedView::SampleCount(const passes::Accumulation& samples) const {
     return StateFor(samples).samples;
 }
 
-void DenoisedView::AddTiming(double milliseconds, double sampleMs) {
-    if (milliseconds > 0.0 && sampleMs > 0.0) m_cost = milliseconds / sampleMs;
+void DenoisedView::AddTimings(const FrameTiming& timing, const Ids& frame, double milliseconds,
+                              double sampleMs) {
+    m_series.AddTimings(timing);
+    if (frame.isBegun) m_spentMs = 0.0;
+    m_spentMs += milliseconds;
+    if (frame.isComplete && m_spentMs > 0.0 && sampleMs > 0.0) m_cost = m_spentMs / sampleMs;
 }
 
 DenoisedView::State& DenoisedView::StateOf(uint64_t resetCount) {
@@ -62,6 +67,10 @@ DenoisedView::State& DenoisedView::StateOf(uint64_t resetCount) {
 TextureId DenoisedView::Half(Renderer& renderer, Extent2D extent, size_t i) const {
     // Nothing that is shown needs it in the frame that keeps it
     return renderer.Persist(HalfName(i), {extent, Format::Rgba32Float}, Persistence::Always);
+}
+
+TextureId DenoisedView::Input(Renderer& renderer, Extent2D extent, const char* name) const {
+    return renderer.Persist(InputName(name), {extent, Format::Rgba32Float}, Persistence::Always);
 }
 
 size_t DenoisedView::HalfFor(Renderer& renderer, Extent2D extent, const State& state, uint32_t count) const {
@@ -84,62 +93,122 @@ DenoisedView::Ids DenoisedView::DeclareLast(Renderer& renderer, Extent2D extent,
     return {.picture = kept, .samples = count, .version = m_version};
 }
 
+std::optional<size_t> DenoisedView::KeepHalf(Renderer& renderer, const passes::AccumulatedIds& radiance,
+                                             const State& state, uint32_t count) {
+    if (!IsHalf(state, count)) return {};
+    const size_t i = state.halves[0] < state.halves[1] ? 0 : 1;
+    static_cast<void>(
+        Keep(renderer, radiance.mean, Half(renderer, renderer.Desc(radiance.mean).extent, i),
+             [this, resets = state.resetCount, i, count] { StateOf(resets).halves[i] = count; }));
+    return i;
+}
+
+bool DenoisedView::IsHalf(const State& state, uint32_t count) {
+    return std::has_single_bit(count) && count >= kLeastHalf &&
+           count > std::max(state.halves[0], state.halves[1]);
+}
+
+// Returns the inputs in textures of their own, which do not change while the picture is made.
+DenoisedView::Inputs DenoisedView::KeepInputs(Renderer& renderer, const Inputs& inputs) const {
+    const auto keep = [&](TextureId texture, const char* name) {
+        return Keep(renderer, texture, Input(renderer, renderer.Desc(texture).extent, name));
+    };
+    Inputs kept{.mean = keep(inputs.mean, "mean"), .variance = keep(inputs.variance, "variance"), .half = {}};
+    if (inputs.half) kept.half = keep(*inputs.half, "half");
+    return kept;
+}
+
+DenoisedView::Inputs DenoisedView::KeptInputs(Renderer& renderer, Extent2D extent, const State& state) const {
+    Inputs kept{
+        .mean = Input(renderer, extent, "mean"), .variance = Input(renderer, extent, "variance"), .half = {}};
+    if (state.pendingHalf > 0) kept.half = Input(renderer, extent, "half");
+    return kept;
+}
+
 DenoisedView::Ids DenoisedView::Declare(Renderer& renderer, const SceneIds& scene,
                                         const passes::TraceSettings& settings,
-                                        const passes::Accumulation& samples, bool isWanted, bool mayWait) {
+                                        const passes::Accumulation& samples, const Request& request) {
     const Extent2D extent = settings.extent;
     const Ids last = DeclareLast(renderer, extent, samples);
-    const uint32_t count = samples.Declared().sampleCount;
-    if (count == 0 || !samples.Declared().cursor.IsAtStart()) return last;
     State state = StateFor(samples);
-    const uint64_t resets = state.resetCount;
-    const bool isHalf = std::has_single_bit(count) && count >= kLeastHalf &&
-                        count > std::max(state.halves[0], state.halves[1]);
-    const bool isMade = count > last.samples && (isWanted || count >= Due(state));
-    if (!isHalf && !isMade) return last;
-
+    // What was begun is of no use for other samples, and for a picture that is wanted in this frame
+    if (state.pending == 0 || request.isUrgent) {
+        renderer.Release(m_series);
+        state.pending = 0;
+    }
+    const uint32_t count = samples.Declared().cursor.IsAtStart() ? samples.Declared().sampleCount : 0;
+    const bool isBegun = state.pending == 0 && count > last.samples &&
+                         (request.isWanted || request.isUrgent || count >= Due(state));
+    const bool isDivided = state.pending > 0 || (request.frameMs > 0.0 && !request.isUrgent);
     const PassId first = renderer.NextPass();
-    const passes::AccumulatedIds radiance = passes::Resolve(renderer, samples, extent, true);
-    if (isHalf) {
-        const size_t i = state.halves[0] < state.halves[1] ? 0 : 1;
-        static_cast<void>(Keep(renderer, radiance.mean, Half(renderer, extent, i),
-                               [this, resets, i, count] { StateOf(resets).halves[i] = count; }));
-        state.halves[i] = count;
+    Inputs inputs;
+    if (IsHalf(state, count) || isBegun) {
+        const passes::AccumulatedIds radiance = passes::Resolve(renderer, samples, extent, true);
+        if (const std::optional<size_t> half = KeepHalf(renderer, radiance, state, count))
+            state.halves[*half] = count;
+        if (isBegun) {
+            inputs = {.mean = radiance.mean, .variance = radiance.variance, .half = {}};
+            state.pending = count;
+            state.pendingHalf = 0;
+            if (const size_t half = HalfFor(renderer, extent, state, count); half != kNoHalf) {
+                inputs.half = Half(renderer, extent, half);
+                state.pendingHalf = state.halves[half];
+            }
+            if (isDivided) inputs = KeepInputs(renderer, inputs);
+        }
     }
-    if (!isMade) return last;
+    if (state.pending == 0) return last;
+    if (!isBegun) inputs = KeptInputs(renderer, extent, state);
+
+    renderer.BeginSeries(m_series, isDivided ? request.frameMs : 0.0);
     passes::TraceSettings all = settings;
-    all.sampleCount = count;
-    const passes::GuideIds guides =
-        passes::TraceGuides(renderer, scene, all, radiance.mean, radiance.variance);
-    passes::DenoiseInputs inputs{.mean = radiance.mean,
-                                 .variance = radiance.variance,
-                                 .albedo = guides.albedo,
-                                 .normal = guides.normal,
-                                 .firstHalf = {},
-                                 .seen = passes::DenoiseInputs::Seen{guides.seen, guides.seenByAll}};
-    passes::DenoiseSettings denoising{.samples = count};
-    if (const size_t half = HalfFor(renderer, extent, state, count); half != kNoHalf) {
-        inputs.firstHalf = Half(renderer, extent, half);
-        denoising.firstSamples = state.halves[half];
-    }
-    const TextureId denoised = passes::Denoise(renderer, inputs, denoising);
+    all.sampleCount = state.pending;
+    const passes::GuideIds guides = passes::TraceGuides(renderer, scene, all, inputs.mean, inputs.variance);
+    const TextureId denoised =
+        passes::Denoise(renderer,
+                        {.mean = inputs.mean,
+                         .variance = inputs.variance,
+                         .albedo = guides.albedo,
+                         .normal = guides.normal,
+                         .firstHalf = inputs.half,
+                         .seen = passes::DenoiseInputs::Seen{guides.seen, guides.seenByAll}},
+                        {.samples = state.pending, .firstSamples = state.pendingHalf});
     const PassId end = renderer.NextPass();
-    if (!mayWait && !renderer.PreparePipelines(first, end)) return last;
-    const uint64_t version = m_version + 1;
-    const TextureId kept = renderer.Persist(m_name, {extent, Format::Rgba32Float});
-    return {.picture = Keep(renderer, denoised, kept,
-                            [this, resets, count, version] {
-                                StateOf(resets).samples = count;
-                                m_version = version;
-                            }),
-            .samples = count,
-            .version = version,
-            .first = first,
-            .end = end};
+    if (!request.mayWait && !renderer.PreparePipelines(first, end)) {
+        renderer.CancelSeries();
+        return last;
+    }
+    const bool isComplete = renderer.EndSeries();
+    Ids ids = last;
+    ids.first = first;
+    ids.end = end;
+    ids.isBegun = isBegun;
+    ids.isComplete = isComplete;
+    if (isComplete) {
+        const uint64_t version = m_version + 1;
+        ids.picture = Keep(renderer, denoised, renderer.Persist(m_name, {extent, Format::Rgba32Float}),
+                           [this, resets = state.resetCount, pending = state.pending, version] {
+                               StateOf(resets).samples = pending;
+                               StateOf(resets).pending = 0;
+                               m_version = version;
+                           });
+        ids.samples = state.pending;
+        ids.version = version;
+    } else if (isBegun) {
+        renderer.OnSubmitted([this, begun = state] {
+            State& now = StateOf(begun.resetCount);
+            now.pending = begun.pending;
+            now.pendingHalf = begun.pendingHalf;
+        });
+    }
+    return ids;
 }
 
 void DenoisedView::Release(Renderer& renderer) {
-    for (const std::string& name : {m_name, HalfName(0), HalfName(1)}) renderer.Release(name);
+    for (const std::string& name :
+         {m_name, HalfName(0), HalfName(1), InputName("mean"), InputName("variance"), InputName("half")})
+        renderer.Release(name);
+    renderer.Release(m_series);
 }
 
 }  // namespace raygraph::viewport

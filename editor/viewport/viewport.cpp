@@ -310,11 +310,13 @@ void Viewport::Impl::UpdateBudgets() {
         tracing += ms;
         budget.AddTileTiming(tile.height, tile.region, ms / tile.sampleCount);
     }
-    // Denoising is rare and takes long: the frames after it are to trace as much as those before
-    const double denoising = between(timed.firstDenoising, timed.endDenoising);
-    denoised.AddTiming(denoising, budget.Expect(size.height, passes::WholeOf(size)));
+    const double denoising = between(timed.denoised.first, timed.denoised.end);
+    denoised.AddTimings(timing, timed.denoised, denoising, budget.Expect(size.height, passes::WholeOf(size)));
+    // A picture that was denoised in one frame may have taken long: the frames after it are to trace as much
+    // as those before
+    const bool isWhole = timed.denoised.isBegun && timed.denoised.isComplete;
     // Without tracing time, the view was culled
-    if (tracing > 0.0) budget.AddOverheadTiming(lastFrameMs - tracing - denoising);
+    if (tracing > 0.0) budget.AddOverheadTiming(lastFrameMs - tracing - (isWhole ? denoising : 0.0));
 }
 
 bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
@@ -351,8 +353,13 @@ TextureId Viewport::Impl::DisplayDenoised(const SceneIds& ids, const passes::Tra
     } else {
         const bool isLast =
             budgetSettings.maxSamples > 0 && samples.Declared().sampleCount >= budgetSettings.maxSamples;
-        denoisedIds = denoised.Declare(renderer, ids, settings, samples, isLast || captures.HasUnanswered(),
-                                       budgetSettings.whilePreparing == PreparingView::PathTraced);
+        constexpr double kFrameShare = 0.35;  // as much as tracing then gets
+        denoisedIds =
+            denoised.Declare(renderer, ids, settings, samples,
+                             {.frameMs = kFrameShare * budgetSettings.frameMs,
+                              .isWanted = isLast,
+                              .isUrgent = captures.HasUnanswered(),
+                              .mayWait = budgetSettings.whilePreparing == PreparingView::PathTraced});
     }
     if (!denoisedIds.picture.IsValid()) return display;
     const passes::Accumulation::Progress made{.sampleCount = denoisedIds.samples, .cursor = {}};
@@ -445,8 +452,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     TimedFrame timed{.frame = renderer.FrameNumber(),
                      .firstDrawing = drawn.firstDrawing,
                      .endDrawing = drawn.endDrawing,
-                     .firstDenoising = denoisedIds.first,
-                     .endDenoising = denoisedIds.end};
+                     .denoised = denoisedIds};
     if (ComparesRealTime(shownAs)) {
         timed.realTime = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs, false);
         // Errors are computed from floats

@@ -64,8 +64,8 @@ struct Viewport::Impl {
         uint64_t rasterPixels = 0;                // 0: the raster view is not shown alone
         PassId firstDrawing, endDrawing;          // passes that draw these pixels
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
-        PassId firstDenoising, endDenoising;      // equal: nothing is denoised
-        RealTimeView::Ids realTime;               // pixels of 0: no frame of the real-time view was filtered
+        DenoisedView::Ids denoised;
+        RealTimeView::Ids realTime;  // pixels of 0: no frame of the real-time view was filtered
     };
     void NoteTimed(const TimedFrame& timed);
 

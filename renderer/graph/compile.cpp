@@ -433,6 +433,7 @@ bool Culler::MarkKept() {
     });
     for (size_t p = m_graph.passes.size(); p-- > 0;) {
         const GraphPass& pass = m_graph.passes[p];
+        if (pass.waits) continue;
         bool isKept = pass.keepAlive;
         for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
             isKept = isKept || (Writes(use->access) && IsNeeded(*use));

@@ -81,6 +81,7 @@ struct GraphPass {
     std::string name;
     PassKind kind = PassKind::Compute;
     bool keepAlive = false;  // the pass has an effect that the graph does not see
+    bool waits = false;      // not executed in this frame, whatever needs it (PassSeries)
     uint32_t firstUse = 0;   // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
     uint32_t useCount = 0;
 };

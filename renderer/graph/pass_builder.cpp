@@ -193,6 +193,10 @@ BlasSetId PassBuilder::Refits(BlasSetId structures) {
     return m_graph.Use(structures, Access::BuildUpdate);
 }
 
+void PassBuilder::Dividable() {
+    m_pass.isDividable = true;
+}
+
 void PassBuilder::KeepAlive() {
     m_graph.passes.back().keepAlive = true;
 }

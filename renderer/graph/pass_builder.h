@@ -153,6 +153,9 @@ class RAYGRAPH_API PassBuilder {
         UniformBytes(name, std::as_bytes(std::span(&data, 1)), alignof(T));
     }
 
+    // A PassSeries may divide the pass, as it does with all compute passes: `execute` covers the rows, or
+    // whatever else there is many of, that CommandList::PortionOf returns.
+    void Dividable();
     // The pass has an effect that the graph cannot see, and is never culled.
     void KeepAlive();
 

@@ -235,6 +235,8 @@ void PassDeclaration::Clear(PassKind kind) {
     constantAlignment = 1;
     constants.clear();
     program = nullptr;
+    isDividable = kind == PassKind::Compute;
+    portion = {};
     execute = nullptr;
 }
 

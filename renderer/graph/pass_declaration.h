@@ -70,6 +70,8 @@ struct PassDeclaration {
     size_t constantAlignment = 1;
     std::vector<std::byte> constants;
     Program* program = nullptr;  // null: the pass has no shaders
+    bool isDividable = false;    // `execute` covers what CommandList::PortionOf returns
+    rhi::Portion portion;        // what this frame executes
     std::function<void(rhi::CommandList&, const PassResources&)> execute;
 
     void Clear(PassKind kind);

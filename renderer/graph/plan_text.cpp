@@ -207,6 +207,7 @@ std::string ResourceText(const GraphResource& resource) {
 
 std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culled) {
     const GraphPass& pass = graph.passes[culled];
+    if (pass.waits) return "its series goes on with it in another frame";
     std::string unused;
     std::string culledReaders;
     const auto add = [](std::string& list, const std::string& name) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "base/error.h"
 #include "base/printable.h"
@@ -74,6 +75,7 @@ void Renderer::BeginFrame() {
     impl.graph.Begin(next);
     impl.resources.clear();
     impl.uniformBytes.clear();
+    impl.openSeries.reset();
     impl.abandonReason.clear();
     impl.compileMs = 0.0;
     impl.isOpen = true;
@@ -298,12 +300,15 @@ ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const Frame
 TextureId Renderer::CreateTexture(std::string_view name, const GraphTextureDesc& desc) {
     m_impl->RequireOpen("CreateTexture");
     m_impl->CheckTexture(name, desc);
+    if (m_impl->IsDivided()) return Persist(m_impl->openSeries->NameOf(name), desc, Persistence::Always);
     return m_impl->AddResource<ResourceKind::Texture>(TextureInfo(name, Origin::Transient, desc), {});
 }
 
 BufferId Renderer::CreateBuffer(std::string_view name, const GraphBufferDesc& desc) {
     m_impl->RequireOpen("CreateBuffer");
     CheckBuffer(name, desc, true);
+    if (m_impl->IsDivided() && desc.memory == rhi::MemoryKind::Device)
+        return PersistBuffer(m_impl->openSeries->NameOf(name), desc, Persistence::Always);
     GraphResource resource = BufferInfo(name, Origin::Transient, desc.size);
     resource.isHostWritten = desc.memory == rhi::MemoryKind::Upload;
     return m_impl->AddResource<ResourceKind::Buffer>(std::move(resource), {.memory = desc.memory});
@@ -469,6 +474,7 @@ PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const Setup
             PassBuilder builder(*this, impl.graph, impl.shaders, pass);
             setup(builder);
             impl.FinishPass(pass);
+            if (impl.IsDivided()) impl.TakeIntoSeries(pass);
         });
     } catch (...) {
         // A half-declared pass cannot be undone: its writes have made ids stale.
@@ -484,7 +490,60 @@ PassDeclaration& Renderer::Impl::StartPass(std::string_view name, PassKind kind)
     const uint32_t index = graph.AddPass(name, kind);
     if (passes.size() <= index) passes.emplace_back();
     passes[index].Clear(kind);
+    passes[index].request.isDividable = IsDivided() && kind == PassKind::Compute;
     return passes[index];
+}
+
+// Decides which part of the last pass this frame executes, if it is one of the series.
+void Renderer::Impl::TakeIntoSeries(PassDeclaration& pass) {
+    GraphPass& info = graph.passes.back();
+    const std::span uses(graph.uses.data() + info.firstUse, info.useCount);
+    const auto isOfSeries = [&](const ResourceUse& use) {
+        const Persistent* kept = resources[use.resource].persistent;
+        return kept && openSeries->Keeps(kept->name);
+    };
+    if (std::ranges::none_of(uses,
+                             [&](const ResourceUse& use) { return Writes(use.access) && isOfSeries(use); }))
+        return;
+    const PassId id{static_cast<uint32_t>(graph.passes.size() - 1)};
+    const SeriesFrame::Parts parts = openSeries->Take(info.name, pass.isDividable, id, frameNumber);
+    for (const ResourceUse& use : uses)
+        if (isOfSeries(use)) openSeries->NoteUse(graph.resources[use.resource].name);
+    info.waits = parts.IsEmpty();
+    if (info.waits) return;
+    pass.portion = {.first = parts.first, .end = parts.end, .of = PassSeries::kParts};
+    if (parts.first == 0) return;
+    // What its first parts have written must stay
+    for (ResourceUse& use : uses)
+        if (use.access == Access::StorageWrite) use.access = Access::StorageUpdate;
+}
+
+void Renderer::BeginSeries(PassSeries& series, double milliseconds) {
+    m_impl->RequireOpen("BeginSeries");
+    if (m_impl->openSeries) throw Error(ErrorKind::Usage, "BeginSeries: a series is open");
+    m_impl->openSeries.emplace(series, milliseconds);
+}
+
+bool Renderer::EndSeries() {
+    m_impl->RequireOpen("EndSeries");
+    if (!m_impl->openSeries) throw Error(ErrorKind::Usage, "EndSeries: no series is open");
+    SeriesFrame frame = *std::exchange(m_impl->openSeries, std::nullopt);
+    const bool isComplete = frame.IsComplete();
+    OnSubmitted([this, frame = std::move(frame)]() mutable { m_impl->unneededOfSeries = frame.Commit(); });
+    return isComplete;
+}
+
+void Renderer::CancelSeries() {
+    m_impl->RequireOpen("CancelSeries");
+    if (!m_impl->openSeries) throw Error(ErrorKind::Usage, "CancelSeries: no series is open");
+    for (const PassId pass : m_impl->openSeries->Taken()) m_impl->graph.passes[pass.index].waits = true;
+    m_impl->openSeries.reset();
+}
+
+void Renderer::Release(PassSeries& series) {
+    for (const std::string& name : series.m_kept) Release(name);
+    series.m_kept.clear();
+    series.m_done = {};
 }
 
 void Renderer::Impl::FinishPass(PassDeclaration& pass) {

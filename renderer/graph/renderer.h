@@ -21,6 +21,7 @@
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
 #include "renderer/graph/pass_builder.h"
+#include "renderer/graph/pass_series.h"
 #include "renderer/graph/pipeline_report.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
@@ -195,6 +196,17 @@ class RAYGRAPH_API Renderer {
     // Returns the id that the next pass of the open frame will get. A range of passes [first, end) is given
     // by two of these.
     PassId NextPass() const;
+
+    // --- Series: passes that are executed over several frames (renderer/graph/pass_series.h) ---
+    // The passes declared until EndSeries are those of the series. This frame executes what takes about
+    // `milliseconds` of them; with 0, all that is not done yet.
+    void BeginSeries(PassSeries& series, double milliseconds);
+    // Returns true if this frame executes the last pass: only then are the results there.
+    [[nodiscard]] bool EndSeries();
+    // Ends the series, of which this frame executes nothing, as if it had not declared it.
+    void CancelSeries();
+    // Discards what was executed, and releases what is kept: the next frame starts with the first pass.
+    void Release(PassSeries& series);
 
     // --- Roots: the results of the frame. Passes that lead to no root are culled. ---
     // Shows the texture, which is left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless it is

@@ -197,7 +197,9 @@ void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& p
     if (marks) marks->Mark(commands, info.name);
     if (pass.program) BindPass(commands, pass);
     if (info.kind == PassKind::Raster) BeginTargets(commands, pass);
+    commands.SetPortion(pass.portion);
     pass.execute(commands, PassResources(renderer, planned.pass));
+    commands.SetPortion({});
     if (info.kind == PassKind::Raster) commands.EndRendering();
 }
 
@@ -395,6 +397,7 @@ uint64_t Renderer::Execute() {
     impl.CloseFrame();
     timing.compileMs = impl.compileMs;
     impl.timer.EndFrame(value, std::move(timing));
+    for (const std::string& name : std::exchange(impl.unneededOfSeries, {})) impl.persistents.Release(name);
     impl.transients.Trim(impl.frameNumber);
     impl.programs.EndFrame();
     return value;

@@ -3,8 +3,10 @@
 
 #include <array>
 #include <atomic>
+#include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,6 +68,50 @@ struct FrameSemaphores {
     }
 };
 
+// What the open frame executes of a series.
+class SeriesFrame {
+  public:
+    SeriesFrame(PassSeries& series, double milliseconds)
+        : m_series(&series),
+          m_next(series.m_done),
+          m_leftMs(milliseconds > 0.0 ? milliseconds : std::numeric_limits<double>::infinity()),
+          m_isDivided(milliseconds > 0.0 || series.IsBegun()) {}
+
+    // Returns false if this frame executes all of the series, as if there was none.
+    bool IsDivided() const { return m_isDivided; }
+    // Returns the name under which the next resource is kept.
+    std::string NameOf(std::string_view resource);
+    // Returns the parts of the next pass that this frame executes: from `first` to before `end`, none if both
+    // are equal. Parts of a pass that cannot be divided are all or none.
+    struct Parts {
+        uint32_t first = 0;
+        uint32_t end = 0;
+        bool IsEmpty() const { return first == end; }
+    };
+    Parts Take(std::string_view pass, bool isDividable, PassId id, uint64_t frame);
+    bool Keeps(std::string_view resource) const;
+    // Records that the pass taken last uses the resource of that name.
+    void NoteUse(std::string_view resource);
+    bool IsComplete() const { return !m_isFull; }
+    // Returns the passes of which this frame executes some parts.
+    std::vector<PassId> Taken() const;
+    // Must be called when the frame has been submitted. Returns the resources that no later frame needs.
+    std::vector<std::string> Commit();
+
+  private:
+    double CostOf(std::string_view pass, uint32_t index) const;
+
+    PassSeries* m_series;
+    PassSeries::Place m_next;
+    double m_leftMs;
+    bool m_isDivided;
+    uint32_t m_passCount = 0;
+    bool m_isFull = false;             // later passes wait for another frame
+    std::vector<std::string> m_names;  // of the passes
+    std::vector<PassSeries::Kept> m_kept;
+    std::vector<PassSeries::Executed> m_executed;
+};
+
 struct Renderer::Impl {
     Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc);
 
@@ -85,6 +131,9 @@ struct Renderer::Impl {
     void CheckTexture(std::string_view name, const GraphTextureDesc& desc) const;
     const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
     PassDeclaration& StartPass(std::string_view name, PassKind kind);
+    // Returns whether the passes that are declared now belong to a series of several frames.
+    bool IsDivided() const { return openSeries && openSeries->IsDivided(); }
+    void TakeIntoSeries(PassDeclaration& pass);
     void FinishPass(PassDeclaration& pass);
     void CollectUsages(const GraphPass& pass);
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
@@ -143,6 +192,8 @@ struct Renderer::Impl {
     FrameSemaphores waits;
     FrameSemaphores signals;
     std::vector<std::function<void()>> onSubmitted;
+    std::optional<SeriesFrame> openSeries;      // between BeginSeries and EndSeries
+    std::vector<std::string> unneededOfSeries;  // persistent resources to be released after the frame
     Stopwatch sinceBegin;
     double compileMs = 0.0;
 

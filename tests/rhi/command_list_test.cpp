@@ -56,6 +56,7 @@ void main() {
         rhi::ComputePipelineDesc desc;
         desc.name = "count";
         desc.shader = {source.name, words};
+        desc.isDividable = true;
         return rhi::CreateComputePipeline(Device(), desc);
     }
 };
@@ -145,7 +146,7 @@ TEST_F(CommandListTest, ClearCopyTexture_AndBack) {
     for (size_t i = 0; i < texels.size(); ++i) EXPECT_EQ(texels[i], static_cast<float>(i % 4 + 1));
 }
 
-TEST_F(CommandListTest, DispatchOver_CoversEveryTexelOnceWhateverTheExtent) {
+TEST_F(CommandListTest, DispatchOver_CoversEveryTexelOnceInWhateverPortions) {
     const rhi::ComputePipeline pipeline = CountingPipeline();
     for (const Extent2D extent : {Extent2D{1, 1}, Extent2D{8, 4}, Extent2D{9, 5}, Extent2D{50, 33}}) {
         const rhi::Texture image =
@@ -168,7 +169,11 @@ TEST_F(CommandListTest, DispatchOver_CoversEveryTexelOnceWhateverTheExtent) {
         commands.BindResources(resources);
         const std::vector<uint32_t> constants{extent.width, extent.height, 7};
         commands.PushConstants(BytesOf(constants));
-        commands.DispatchOver(extent);
+        constexpr uint32_t kParts = 5;  // more than some extents have workgroups
+        for (uint32_t part = 0; part < kParts; part += 2) {
+            commands.SetPortion({.first = part, .end = std::min(part + 2, kParts), .of = kParts});
+            commands.DispatchOver(extent);
+        }
         commands.EndLabel();
         Device().Submit(std::move(commands));
         EXPECT_EQ(As<uint32_t>(rhi::ReadBuffer(Device(), counts)), std::vector<uint32_t>(count, 1));
