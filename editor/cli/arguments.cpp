@@ -2,7 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <sstream>
+#include <utility>
 
+#include "base/files.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_tree.h"
@@ -175,27 +178,31 @@ CLI::App* AddCompare(CLI::App& app, CompareArguments& arguments) {
 CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
     CLI::App* verify =
         app.add_subcommand("verify", "Judge pictures of another renderer by the path-traced reference");
-    AddScene(*verify, arguments.scene)->required();
+    VerifyCase& only = arguments.only;
+    AddOption(*verify, "FILE", "", "glTF scene, .gltf or .glb; or a list of scenes and pictures, .json",
+              [&](const std::string& text) { only.scene = text; })
+        ->required();
     verify
         ->add_option_function<std::vector<std::string>>(
             "PICTURES",
-            [&](const std::vector<std::string>& paths) {
-                arguments.pictures.assign(paths.begin(), paths.end());
-            },
+            [&](const std::vector<std::string>& paths) { only.pictures.assign(paths.begin(), paths.end()); },
             "Pictures of the scene: .exr, .hdr or .png")
-        ->type_name("")
-        ->required();
-    AddSettings(*verify, arguments.given,
+        ->type_name("");
+    AddSettings(*verify, only.given,
                 {"size",    "crop",         "camera", "scene",    "variant",    "at",         "clips",
                  "shutter", "points",       "lines",  "seed",     "brdf",       "max-depth",  "aperture",
                  "focus",   "env-rotation", "light",  "env-tint", "background", "light-group"});
-    AddRoot(*verify, arguments.root);
-    AddEnvironment(*verify, arguments.environment);
+    AddOption(
+        *verify, "--against", "VIEW",
+        "What the picture shows instead of all light: raster, albedo, normals, depth or another --view of "
+        "render",
+        [&](const std::string& text) { only.given["view"] = Name(ParseChoice<View>(text)); });
+    AddRoot(*verify, only.root);
+    AddEnvironment(*verify, only.environment);
     const auto limit = [&](const char* name, const char* help, double Tolerance::*field) {
-        AddOption(*verify, name, "X", Text("{} ({})", help, arguments.tolerance.*field),
-                  [&arguments, field](const std::string& text) {
-                      arguments.tolerance.*field = ParseNumber(text, 0.0, 1e6);
-                  });
+        AddOption(
+            *verify, name, "X", Text("{} ({})", help, only.tolerance.*field),
+            [&only, field](const std::string& text) { only.tolerance.*field = ParseNumber(text, 0.0, 1e6); });
     };
     limit("--tolerance",
           "Relative error that is allowed beyond noise, of tiles of 16 x 16 pixels and of pixels",
@@ -207,11 +214,31 @@ CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
     limit("--flip", "Mean FLIP that is allowed above what noise explains", &Tolerance::flip);
     limit("--ssim", "By how much the SSIM may be below what noise explains", &Tolerance::ssim);
     AddOption(
+        *verify, "--region", "object|material:PATTERN=X",
+        "Another --tolerance for objects or materials whose names match; X is a number, or ignore. Several "
+        "are separated by ;",
+        [&](const std::string& text) {
+            std::istringstream stream(text);
+            for (std::string region; std::getline(stream, region, ';');)
+                only.regions.push_back(ParseRegion(region));
+        })
+        ->delimiter(';')
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    AddPath(*verify, "--mask", "FILE", "Picture whose black pixels do not count: .png, .exr or .hdr",
+            only.mask);
+    AddPath(*verify, "--accepted", "FOLDER",
+            "Folder of accepted differences, by the names of the pictures: what is in it counts as right",
+            only.accepted);
+    verify->add_flag("--update", arguments.isUpdating,
+                     Wrapped("Store the difference of each picture that is not right as accepted"));
+    AddOption(
         *verify, "--spp", "N",
         Text("The most samples a pixel of the reference ({}); it gets as many as the verdict needs, from "
              "64 on",
-             arguments.maxSamples),
-        [&](const std::string& text) { arguments.maxSamples = ParseCount(text, 2, 1u << 24); });
+             only.maxSamples),
+        [&](const std::string& text) { only.maxSamples = ParseCount(text, 2, 1u << 24); });
+    AddOption(*verify, "--jobs", "N", Text("Scenes of a list at a time ({})", arguments.jobs),
+              [&](const std::string& text) { arguments.jobs = ParseCount(text, 1, 256); });
     verify->add_flag("!--no-cache", arguments.isCached, Wrapped("Neither read nor store the reference"));
     AddPath(*verify, "--json", "FILE", "Write the report as JSON", arguments.json);
     AddPath(*verify, "--html", "FILE", "Write the report as one page, with its pictures in it",
@@ -288,6 +315,23 @@ void CheckCompare(const CompareArguments& arguments) {
     for (const OutputFile& output : arguments.outputs)
         if (output.kind == OutputKind::Hdr)
             Reject(Text("-o: \"{}\": compare writes .png and .exr", output.path));
+}
+
+void CheckVerify(VerifyArguments& arguments) {
+    CheckProgress(arguments);
+    VerifyCase& only = arguments.only;
+    only.transfer = arguments.transfer;
+    if (LowerExtension(only.scene) == ".json") {
+        if (!only.pictures.empty()) Reject("verify: a list has its pictures in it; give none beside it");
+        if (!only.given.empty() || !only.environment.empty())
+            Reject("verify: options of a scene are for a scene; those of a list are in it");
+        arguments.suite = std::exchange(only.scene, {});
+        return;
+    }
+    if (only.pictures.empty()) Reject("verify needs a picture of the scene");
+    CheckEnvironment(only.given, !only.environment.empty());
+    if (arguments.isUpdating && only.accepted.empty())
+        Reject("--update stores differences in the folder of --accepted, which is missing");
 }
 
 void CheckInfo(const InfoArguments& arguments) {
@@ -453,8 +497,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return compareArguments;
     }
     if (*verify) {
-        CheckProgress(verifyArguments);
-        CheckEnvironment(verifyArguments.given, !verifyArguments.environment.empty());
+        CheckVerify(verifyArguments);
         return verifyArguments;
     }
     if (*edit) {

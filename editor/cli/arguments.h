@@ -18,7 +18,7 @@
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/tracing_choice.h"
 #include "editor/session/verify/picture.h"
-#include "editor/session/verify/verdict.h"
+#include "editor/session/verify/verify.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -142,15 +142,28 @@ struct CompareArguments : OutputArguments, ComparedArguments {
     std::filesystem::path json;       // "": none
 };
 
-struct VerifyArguments : OutputArguments, ComparedArguments {
+// Is a scene with its pictures and what they are judged by.
+struct VerifyCase {
+    std::string name;
     std::filesystem::path scene;
     std::vector<std::filesystem::path> pictures;
     SettingTexts given;
     std::filesystem::path root;         // "": the scene's folder
     std::filesystem::path environment;  // "": none
+    Transfer transfer;
     Tolerance tolerance;
     uint32_t maxSamples = 1024;  // of the reference
+    std::vector<RegionRule> regions;
+    std::filesystem::path mask;      // "": none
+    std::filesystem::path accepted;  // folder of accepted differences; "": none
+};
+
+struct VerifyArguments : OutputArguments, ComparedArguments {
+    VerifyCase only;              // of the command line
+    std::filesystem::path suite;  // file with the cases, instead; "": none
+    uint32_t jobs = 1;            // cases at a time
     bool isCached = true;
+    bool isUpdating = false;           // stores the differences of pictures that are not right as accepted
     std::filesystem::path json, html;  // "": none
 };
 

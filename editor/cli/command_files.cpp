@@ -89,9 +89,10 @@ CommandFiles FilesOf(const CompareArguments& arguments) {
 }
 
 CommandFiles FilesOf(const VerifyArguments& arguments) {
-    Paths inputs = arguments.pictures;
-    inputs.push_back(arguments.scene);
-    inputs.push_back(arguments.environment);
+    Paths inputs = arguments.only.pictures;
+    for (const auto& path :
+         {arguments.only.scene, arguments.only.environment, arguments.only.mask, arguments.suite})
+        inputs.push_back(path);
     return {.inputs = NonEmpty(std::move(inputs)),
             .updated = {},
             .outputs = NonEmpty({arguments.json, arguments.html}),

@@ -1,8 +1,15 @@
 // Implements `raygraph verify`.
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <iterator>
+#include <limits>
 #include <memory>
+#include <mutex>
+#include <span>
+#include <thread>
 
 #include "base/files.h"
-#include "base/os.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -10,57 +17,176 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/report.h"
+#include "editor/cli/run_command.h"
 #include "editor/cli/verify_report.h"
+#include "editor/cli/verify_suite.h"
+#include "editor/session/settings/as_input.h"
 #include "editor/session/settings/light_settings.h"
-#include "editor/session/verify/verify.h"
 #include "renderer/image/exr.h"
 
 namespace raygraph::cli {
+
+namespace {
+
+// Is what an accepted difference is of (Verify::Key).
+constexpr const char* kAttributeReference = "raygraph.reference";
+
+class VerifyRun {
+  public:
+    VerifyRun(const VerifyArguments& arguments, Console& console, rhi::Device& device)
+        : m_arguments(arguments), m_console(console), m_device(device), m_log(console.log.ForLibraries()) {}
+
+    // Returns the results for the pictures of a case. Threads: any, each with cases of its own.
+    std::vector<VerifiedPicture> Check(const VerifyCase& one) {
+        std::vector<VerifiedPicture> verified;
+        const bool isVector = one.given.contains("view") && one.given.at("view") == Name(View::Normals);
+        for (const std::filesystem::path& path : one.pictures) {
+            Picture picture = ReadPicture(path, one.transfer, m_log);
+            // Code values of a .png with normals are (n + 1) / 2
+            if (isVector && picture.transfer) {
+                picture = ReadPicture(path, {.curve = TransferCurve::Linear}, m_log);
+                for (float& value : picture.radiance) value = 2.0f * value - 1.0f;
+                picture.white = std::numeric_limits<float>::infinity();
+            }
+            verified.push_back({one.scene.string(), std::move(picture), {}, {}, false});
+        }
+        PictureSettings settings = SettingsFrom(one.given);
+        if (!one.given.contains("size")) settings.size = verified.front().picture.size;
+        SceneInput input = Load(one, settings);
+        RequireMapFor(one.given, input, ChooseLight(input, settings), "--env or --light studio");
+        const std::filesystem::path cache = m_arguments.isCached ? CacheFolder() : std::filesystem::path();
+        VerifyDesc desc{.settings = settings,
+                        .tolerance = one.tolerance,
+                        .maxSamples = one.maxSamples,
+                        .cache = cache.empty() ? cache : cache / "references",
+                        .exposureEv = one.transfer.exposureEv,
+                        .log = m_log};
+        if (m_console.progress.IsOn())
+            desc.progress = [&](const ProgressState& state) {
+                m_console.progress.ShowSamples("reference of " + one.scene.filename().string(), state);
+            };
+        Verify verify(m_device, std::move(input), std::move(desc));
+        CheckOptions options{.regions = one.regions};
+        if (!one.mask.empty()) options.mask = ReadPicture(one.mask, {}, m_log).radiance;
+        for (VerifiedPicture& picture : verified) {
+            const std::filesystem::path stored = AcceptedFile(one, picture);
+            options.accepted = ReadAccepted(stored, verify.Key());
+            picture.result = verify.Check(picture.picture, options);
+            if (!picture.result.verdict.isRight && m_arguments.isUpdating) {
+                StoreAccepted(stored, picture.picture, verify);
+                picture.isAccepted = true;
+            }
+            if (!m_arguments.html.empty()) {
+                Renderer renderer(m_device);
+                picture.shown = ShowPictures(renderer, verify.Reference(), picture.picture,
+                                             picture.result.verdict, one.transfer.exposureEv);
+            }
+            m_console.progress.Clear();
+            const std::scoped_lock lock(m_printing);
+            if (!m_arguments.isQuiet) PrintLine(DescribeVerdict(picture));
+        }
+        return verified;
+    }
+
+  private:
+    SceneInput Load(const VerifyCase& one, const PictureSettings& settings) {
+        return LoadInput(one.scene, {.scene = settings.scene,
+                                     .variant = settings.variant,
+                                     .isAnimated = settings.at.has_value(),
+                                     .clips = settings.clips,
+                                     .pointsAndLines = settings.pointsAndLines,
+                                     .root = one.root,
+                                     .environment = one.environment,
+                                     .log = m_log,
+                                     .progress = [&](std::string_view stage, float fraction) {
+                                         m_console.progress.ShowLoading(stage, fraction);
+                                     }});
+    }
+
+    // Returns where the difference of a picture is; "": nowhere.
+    static std::filesystem::path AcceptedFile(const VerifyCase& one, const VerifiedPicture& picture) {
+        if (one.accepted.empty()) return {};
+        const std::string stem = std::filesystem::path(picture.picture.name).stem().string();
+        return one.accepted / ((one.name.empty() ? stem : one.name + "." + stem) + ".exr");
+    }
+
+    Texels ReadAccepted(const std::filesystem::path& file, const std::string& key) const {
+        std::error_code error;
+        if (file.empty() || !std::filesystem::exists(file, error)) return {};
+        const image::ExrImage image = AsInput([&] { return image::ReadExr(file); });
+        const auto of = image.attributes.find(kAttributeReference);
+        if (of == image.attributes.end() || of->second != image::ExrAttribute(key)) {
+            if (m_arguments.isUpdating) return {};
+            throw MakeError(ErrorKind::BadInput,
+                            "{} was accepted for another scene, other settings or another version; --update "
+                            "stores it again",
+                            file);
+        }
+        Texels accepted(size_t{4} * image.width * image.height, 0.0f);
+        for (size_t c = 0; c < 3; ++c) {
+            const std::vector<float>* channel = image.FloatChannel(std::string(1, "RGB"[c]));
+            if (channel == nullptr) throw MakeError(ErrorKind::BadInput, "{}: no R, G and B", file);
+            for (size_t i = 0; i < channel->size(); ++i) accepted[4 * i + c] = (*channel)[i];
+        }
+        return accepted;
+    }
+
+    static void StoreAccepted(const std::filesystem::path& file, const Picture& picture,
+                              const Verify& verify) {
+        Texels difference = picture.radiance;
+        for (size_t i = 0; i < difference.size(); ++i) difference[i] -= verify.Reference().radiance[i];
+        const std::span<const float> all(difference);
+        const image::ExrPlane planes[] = {{.name = "R", .samples = all, .stride = 4},
+                                          {.name = "G", .samples = all.subspan(1), .stride = 4},
+                                          {.name = "B", .samples = all.subspan(2), .stride = 4}};
+        std::error_code error;
+        std::filesystem::create_directories(file.parent_path(), error);
+        image::WriteExr(file, picture.size.width, picture.size.height, planes,
+                        {{kAttributeReference, verify.Key()}});
+    }
+
+    const VerifyArguments& m_arguments;
+    Console& m_console;
+    rhi::Device& m_device;
+    Log m_log;
+    std::mutex m_printing;
+};
+
+}  // namespace
 
 ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments), log);
     const image::ExrThreads threads;
-    std::vector<VerifiedPicture> verified;
-    for (const std::filesystem::path& path : arguments.pictures)
-        verified.push_back({arguments.scene.string(), ReadPicture(path, arguments.transfer, log), {}});
-    PictureSettings settings = SettingsFrom(arguments.given);
-    if (!arguments.given.contains("size")) settings.size = verified.front().picture.size;
+    const std::vector<VerifyCase> cases =
+        arguments.suite.empty() ? std::vector{arguments.only} : ReadSuite(arguments.suite);
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
-    Progress& progress = console.progress;
-    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
-                                                   .variant = settings.variant,
-                                                   .isAnimated = settings.at.has_value(),
-                                                   .clips = settings.clips,
-                                                   .pointsAndLines = settings.pointsAndLines,
-                                                   .root = arguments.root,
-                                                   .environment = arguments.environment,
-                                                   .log = log,
-                                                   .progress = [&](std::string_view stage, float fraction) {
-                                                       progress.ShowLoading(stage, fraction);
-                                                   }});
-    RequireMapFor(arguments.given, input, ChooseLight(input, settings), "--env or --light studio");
-    const std::filesystem::path cache = CacheFolder();
-    VerifyDesc desc{
-        .settings = settings,
-        .tolerance = arguments.tolerance,
-        .maxSamples = arguments.maxSamples,
-        .cache = arguments.isCached && !cache.empty() ? cache / "references" : std::filesystem::path(),
-        .exposureEv = arguments.transfer.exposureEv,
-        .log = log};
-    if (progress.IsOn())
-        desc.progress = [&](const ProgressState& state) { progress.ShowSamples("reference", state); };
-    Verify verify(*device, std::move(input), std::move(desc));
-    Renderer renderer(*device);  // of the page
-    bool areRight = true;
-    for (VerifiedPicture& picture : verified) {
-        picture.result = verify.Check(picture.picture);
-        areRight = areRight && picture.result.verdict.isRight;
-        progress.Clear();
-        if (!arguments.html.empty())
-            picture.shown = ShowPictures(renderer, verify.Reference(), picture.picture,
-                                         picture.result.verdict, arguments.transfer.exposureEv);
-        if (!arguments.isQuiet) PrintLine(DescribeVerdict(picture));
+    VerifyRun run(arguments, console, *device);
+    std::vector<std::vector<VerifiedPicture>> results(cases.size());
+    std::vector<std::exception_ptr> errors(cases.size());
+    std::atomic<size_t> next = 0;
+    const auto work = [&] {
+        for (size_t i = next++; i < cases.size(); i = next++) try {
+                results[i] = run.Check(cases[i]);
+            } catch (...) {
+                errors[i] = std::current_exception();
+            }
+    };
+    {
+        std::vector<std::jthread> others;
+        for (size_t i = 1; i < std::min<size_t>(arguments.jobs, cases.size()); ++i) others.emplace_back(work);
+        work();
+    }
+    // A case that cannot be judged is said, and does not keep the others from their report
+    ExitCode failure = ExitCode::Done;
+    std::vector<VerifiedPicture> verified;
+    for (size_t i = 0; i < cases.size(); ++i) {
+        if (errors[i]) {
+            const ExitCode code = Guarded([&](const char* why) { console.log.Fail(why); },
+                                          [&]() -> ExitCode { std::rethrow_exception(errors[i]); });
+            if (failure == ExitCode::Done) failure = code;
+        }
+        std::ranges::move(results[i], std::back_inserter(verified));
     }
     console.log.RequireValid();
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
@@ -69,7 +195,11 @@ ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console) {
     if (!arguments.html.empty())
         outputs.Add(arguments.html, [&] { WriteTextFile(arguments.html, VerifyHtml(verified)); });
     outputs.WriteAll();
+    if (failure != ExitCode::Done) return failure;
     if (outputs.Result() != ExitCode::Done) return outputs.Result();
+    const bool areRight = std::ranges::all_of(verified, [](const VerifiedPicture& picture) {
+        return picture.result.verdict.isRight || picture.isAccepted;
+    });
     return areRight ? ExitCode::Done : ExitCode::Differs;
 }
 

@@ -19,6 +19,7 @@ Json PictureJson(const VerifiedPicture& verified) {
               {"width", verified.picture.size.width},
               {"height", verified.picture.size.height},
               {"right", verdict.isRight},
+              {"accepted_now", verified.isAccepted},
               {"decided", verdict.isDecided},
               {"reference_samples", verified.result.referenceSamples},
               {"new_samples", verified.result.newSamples},
@@ -92,7 +93,10 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
     const session::Verdict& verdict = verified.result.verdict;
     std::string text =
         Text("{}: {} ({} of the reference{})", Printable(verified.picture.name, 1024),
-             verdict.isRight ? "right" : "NOT RIGHT", Counted(verified.result.referenceSamples, "sample"),
+             verdict.isRight       ? "right"
+             : verified.isAccepted ? "not right, accepted now"
+                                   : "NOT RIGHT",
+             Counted(verified.result.referenceSamples, "sample"),
              verified.result.newSamples > 0 ? Text(", {} new", verified.result.newSamples) : "");
     for (const session::VerdictCheck& check : verdict.checks)
         if (!check.isPassed) text += "\n  " + CheckText(check);

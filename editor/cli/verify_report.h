@@ -20,6 +20,7 @@ struct VerifiedPicture {
     session::Picture picture;
     session::VerifyResult result;
     ReportPictures shown = {};  // for VerifyHtml; empty: not made
+    bool isAccepted = false;    // its difference has been stored as accepted
 };
 
 // Returns a line with the verdict, and one for each check that failed.

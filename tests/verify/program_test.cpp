@@ -59,6 +59,45 @@ TEST(ProgramVerify, RightPicture_IsDoneAndAWrongOneIsNot) {
     EXPECT_NE(wrong.output.find("the picture lacks indirect light"), std::string::npos) << wrong.output;
 }
 
+TEST(ProgramVerify, List_HasTolerancesRegionsAndAcceptedDifferences) {
+    const test::TemporaryFolder folder;
+    const std::string render = "render @cornell.gltf --size 16x16 --quiet -o ";
+    ASSERT_EQ(RunProgram(folder, render + "albedo.exr --view albedo --spp 64").exitCode, 0);
+    ASSERT_EQ(RunProgram(folder, render + "depth.exr --view depth --spp 1").exitCode, 0);
+    const auto verify = [&](const std::string& more, const std::string& options = "") {
+        std::ofstream(folder / "verify.json")
+            << R"({"cases": [{"scene": ")" << test::SceneFile("cornell.gltf")
+            << R"(", "against": "albedo", "spp": 64, "pictures": ["albedo.exr"]}, {"scene": ")"
+            << test::SceneFile("cornell.gltf")
+            << R"(", "against": "albedo", "spp": 64, "pictures": ["depth.exr"])" << more << "}]}";
+        return RunProgram(folder, "verify verify.json --no-cache --jobs 2 --json report.json" + options);
+    };
+    EXPECT_EQ(verify("").exitCode, 7);
+    const nlohmann::json report = Json(folder / "report.json");
+    EXPECT_TRUE(report.at("pictures").at(0).at("right").get<bool>());
+    EXPECT_FALSE(report["pictures"].at(1).at("right").get<bool>());
+    const std::string wide = R"(, "tolerance": {"relative": 1e5, "energy": 1e5, "flip": 1, "ssim": 2})";
+    EXPECT_EQ(verify(wide).exitCode, 0);
+    const ProgramResult ignored = verify(R"(, "regions": ["object:*=ignore"])");
+    EXPECT_EQ(ignored.exitCode, 4) << ignored.messages;
+    EXPECT_NE(ignored.messages.find("no pixel counts"), std::string::npos) << ignored.messages;
+    // An accepted difference counts as right, for this reference
+    EXPECT_EQ(verify("", " --update").exitCode, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "accepted" / "cornell.depth.exr"));
+    EXPECT_EQ(verify("").exitCode, 0);
+    const ProgramResult stale = verify(R"(, "settings": {"seed": 5})");
+    EXPECT_EQ(stale.exitCode, 4);
+    EXPECT_NE(stale.messages.find("was accepted for another scene"), std::string::npos) << stale.messages;
+    for (const auto& [more, why] :
+         {std::pair(R"(, "gamma": 2)", "verify.json: cases[1].gamma: there is no such key"),
+          std::pair(R"(, "spp": "many")", "cases[1].spp: its value has the wrong type"),
+          std::pair(R"(, "regions": ["x"])", "is neither object:PATTERN=X")}) {
+        const ProgramResult refused = verify(more);
+        EXPECT_EQ(refused.exitCode, 4);
+        EXPECT_NE(refused.messages.find(why), std::string::npos) << refused.messages;
+    }
+}
+
 TEST(ProgramCompare, WritesNumbersAndPictures) {
     const test::TemporaryFolder folder;
     image::WriteHdr(folder / "a.hdr", {2, 2, std::vector<float>(16, 0.5f)});

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "base/os.h"
 #include "base/text.h"
 #include "editor/session/file/content_hasher.h"
 #include "editor/session/session.h"
@@ -50,6 +52,20 @@ AovSet AovsFor(const PictureSettings& settings) {
 }
 
 }  // namespace
+
+RegionRule ParseRegion(std::string_view text) {
+    const size_t colon = text.find(':'), equals = text.rfind('=');
+    const std::string_view kind = text.substr(0, colon);
+    if (colon == text.npos || equals == text.npos || equals <= colon + 1 ||
+        (kind != "object" && kind != "material"))
+        throw MakeError(ErrorKind::Usage, "{} is neither object:PATTERN=X nor material:PATTERN=X",
+                        Quoted(text));
+    const std::string_view value = text.substr(equals + 1);
+    return {.isMaterial = kind == "material",
+            .pattern = std::string(text.substr(colon + 1, equals - colon - 1)),
+            .relative = value == "ignore" ? std::numeric_limits<float>::infinity()
+                                          : static_cast<float>(ParseNumber(value, 0.0, 1e6))};
+}
 
 std::vector<LightGroupPatterns> GroupsOfAllLights(const scene::SceneData& scene) {
     std::vector<LightGroupPatterns> groups;
@@ -147,13 +163,44 @@ struct Verify::Impl {
         }
     }
 
-    Diagnosis DiagnosisOf(const Picture& picture) const {
+    // Returns Tolerance::relative by pixel; empty: the same for all.
+    std::vector<float> RelativeOf(const Picture& picture, const CheckOptions& options) const {
+        if (options.regions.empty() && options.mask.empty()) return {};
+        const size_t pixels = PixelCount(picture.size);
+        std::vector<float> relative(pixels, static_cast<float>(desc.tolerance.relative));
+        const SceneNames names = NamesOf(input.data);
+        for (const RegionRule& rule : options.regions) {
+            const std::vector<std::string>& all = rule.isMaterial ? names.materials : names.instances;
+            const std::vector<uint32_t>& ids =
+                rule.isMaterial ? stored->render.material : stored->render.instance;
+            std::vector<bool> isIn(all.size());
+            for (size_t i = 0; i < all.size(); ++i) isIn[i] = os::MatchesPattern(all[i], rule.pattern);
+            if (std::ranges::find(isIn, true) == isIn.end())
+                throw MakeError(ErrorKind::Usage, "region {}: no {} of the scene is called so",
+                                Quoted(rule.pattern), rule.isMaterial ? "material" : "object");
+            for (size_t pixel = 0; pixel < ids.size(); ++pixel)
+                if (ids[pixel] < isIn.size() && isIn[ids[pixel]]) relative[pixel] = rule.relative;
+        }
+        for (size_t pixel = 0; pixel < options.mask.size() / 4; ++pixel)
+            if (!(LuminanceOf(&options.mask[4 * pixel]) > 0.0f))
+                relative[pixel] = std::numeric_limits<float>::infinity();
+        return relative;
+    }
+
+    // Returns the reference with the difference that counts as right.
+    Picture Expected(const CheckOptions& options) const {
+        Picture expected = reference;
+        for (size_t i = 0; i < options.accepted.size(); ++i) expected.radiance[i] += options.accepted[i];
+        return expected;
+    }
+
+    Diagnosis DiagnosisOf(const Picture& picture, const Picture& expected,
+                          const std::vector<float>& relative) const {
         const RenderFile& render = stored->render;
         bool isEstimated = false;
-        Texels noise = NoiseOf(picture, reference, isEstimated);
+        Texels noise = NoiseOf(picture, expected, isEstimated);
         for (size_t i = 0; i < reference.variance.size(); ++i) noise[i] += reference.variance[i];
-        const std::vector<float> relative;
-        const Residual residual(reference, picture, noise, desc.tolerance.relative, relative);
+        const Residual residual(expected, picture, noise, desc.tolerance.relative, relative);
         Diagnosis diagnosis = Diagnose(residual, render, NamesOf(input.data), desc.exposureEv);
         const bool isClear =
             !diagnosis.hypotheses.empty() && diagnosis.hypotheses.front().score > kClearScore;
@@ -162,7 +209,7 @@ struct Verify::Impl {
                           {.input = input,
                            .settings = desc.settings,
                            .render = render,
-                           .reference = reference,
+                           .reference = expected,
                            .picture = picture,
                            .noise = noise,
                            .tolerance = desc.tolerance.relative,
@@ -195,22 +242,33 @@ const Picture& Verify::Reference() const {
     return m_impl->reference;
 }
 
-VerifyResult Verify::Check(const Picture& picture) {
+std::string Verify::Key() const {
+    return m_impl->Key();
+}
+
+VerifyResult Verify::Check(const Picture& picture, const CheckOptions& options) {
     Impl& impl = *m_impl;
     const Extent2D size{RenderedPart(impl.desc.settings).width, RenderedPart(impl.desc.settings).height};
     if (picture.size != size)
         throw MakeError(ErrorKind::BadInput, "{} has {} pixels, and the reference {}",
                         Printable(picture.name, 1024), ToText(picture.size), ToText(size));
+    for (const auto& [what, texels] :
+         {std::pair("mask", &options.mask), std::pair("accepted difference", &options.accepted)})
+        if (!texels->empty() && texels->size() != picture.radiance.size())
+            throw MakeError(ErrorKind::BadInput, "{}: its {} has another size", Printable(picture.name, 1024),
+                            what);
     const bool isAveraged = passes::IsAverageable(impl.desc.settings.view);
     const uint32_t most = isAveraged ? impl.desc.maxSamples : 1,
                    least = std::min(isAveraged ? impl.desc.minSamples : 1, most);
     const uint64_t before = impl.reference.samples;
     if (before < least) impl.RenderTo(least);
     VerifyResult result;
+    const std::vector<float> relative = impl.RelativeOf(picture, options);
     for (;;) {
         result.verdict = Judge(impl.renderer, picture,
-                               {.reference = impl.reference,
+                               {.reference = impl.Expected(options),
                                 .tolerance = impl.desc.tolerance,
+                                .relative = relative,
                                 .exposureEv = impl.desc.exposureEv});
         const uint64_t samples = impl.reference.samples;
         if (result.verdict.isDecided || samples >= most || !impl.isResumable || impl.IsStopRequested()) break;
@@ -219,7 +277,8 @@ VerifyResult Verify::Check(const Picture& picture) {
     result.referenceSamples = impl.reference.samples;
     result.newSamples = result.referenceSamples - before;
     if (result.newSamples > 0) impl.Store();
-    if (!result.verdict.isRight) result.diagnosis = impl.DiagnosisOf(picture);
+    if (!result.verdict.isRight)
+        result.diagnosis = impl.DiagnosisOf(picture, impl.Expected(options), relative);
     return result;
 }
 

@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/api.h"
@@ -47,6 +48,23 @@ struct VerifyDesc {
     Log log;
 };
 
+// Sets Tolerance::relative of the pixels of objects or materials; infinity: they do not count.
+struct RegionRule {
+    bool isMaterial = false;
+    std::string pattern;  // shell pattern of names
+    float relative = 0.0f;
+};
+
+// Parses "object:PATTERN=X" or "material:PATTERN=X"; X is a number or "ignore". Throws Error{Usage} that
+// quotes the text.
+RAYGRAPH_API RegionRule ParseRegion(std::string_view text);
+
+struct CheckOptions {
+    std::vector<RegionRule> regions;  // later ones override earlier ones
+    Texels mask;  // of the size of the picture: pixels that are black in it do not count; empty: all count
+    Texels accepted;  // a difference to the reference that counts as right; empty: none
+};
+
 struct VerifyResult {
     Verdict verdict;
     Diagnosis diagnosis;  // of a picture that is not right
@@ -64,9 +82,12 @@ class RAYGRAPH_API Verify {
     Verify& operator=(const Verify&) = delete;
 
     // Renders what the reference lacks, stores it in the cache, and judges the picture. Throws
-    // Error{BadInput} for a picture of another size, and as Session::Run does.
-    VerifyResult Check(const Picture& picture);
+    // Error{BadInput} for a picture, a mask or an accepted difference of another size, Error{Usage} for a
+    // region that no object or material is in, and as Session::Run does.
+    VerifyResult Check(const Picture& picture, const CheckOptions& options = {});
 
+    // Returns a text that is another one for another reference: scene, map, settings, version.
+    std::string Key() const;
     // Returns the reference; it has samples after a call of Check.
     const Picture& Reference() const;
 
