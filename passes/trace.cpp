@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstring>
+#include <span>
 #include <string>
 
+#include "base/check.h"
 #include "base/text.h"
 #include "passes/add_compute.h"
 #include "passes/scene_bindings.h"
 #include "passes/wavefront.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/gpu_scene/materials/texture_set.h"
+#include "shaders/shared/path_record.h"
 
 namespace raygraph::passes {
 
@@ -19,7 +24,8 @@ constexpr auto kPathPartNames = Texts(PathPart{});
 
 std::string LoopOf(const TraceOutputs& outputs, const char* stage) {
     return std::string("pathtrace/pathtrace") + (outputs.parts ? "_parts" : "") +
-           (outputs.lightGroups ? "_groups" : "") + (outputs.rayCounts ? "_counted" : "") + stage;
+           (outputs.lightGroups ? "_groups" : "") + (outputs.rayCounts ? "_counted" : "") +
+           (outputs.record ? "_recorded" : "") + stage;
 }
 
 // More invocations than any device runs at once.
@@ -31,15 +37,14 @@ Extent2D InvocationsFor(Extent2D extent) {
     return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMaxInvocations)), 1};
 }
 
-// Returns a buffer of TraceCounts that starts with 0.
-BufferId PixelQueue(Renderer& renderer) {
-    BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(TraceCounts)});
+BufferId ZeroedBuffer(Renderer& renderer, const char* name, const char* pass, uint64_t size) {
+    BufferId buffer = renderer.CreateBuffer(name, {.size = size});
     renderer.AddPass(
-        "PixelQueue", PassKind::Transfer, [&](PassBuilder& pass) { queue = pass.CopiesTo(queue); },
-        [queue](CommandList& commands, const PassResources& resources) {
-            commands.Fill(resources.Buffer(queue), 0);
+        pass, PassKind::Transfer, [&](PassBuilder& builder) { buffer = builder.CopiesTo(buffer); },
+        [buffer](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(buffer), 0);
         });
-    return queue;
+    return buffer;
 }
 
 }  // namespace
@@ -77,8 +82,12 @@ uint64_t PathCount(const TraceSettings& settings) {
 
 TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                TraceOutputs outputs) {
-    if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))
-        throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
+    if (int{outputs.rayCounts} + outputs.record + (outputs.parts || outputs.lightGroups) > 1)
+        throw Error(ErrorKind::Usage,
+                    "Trace: two of ray counts, a record, and parts were asked for; it gives one of them");
+    if (outputs.record && PathCount(settings) != 1)
+        throw MakeError(ErrorKind::Usage, "Trace: a record of {} paths was asked for; it is of one",
+                        PathCount(settings));
     if (const float survival = settings.roulette.survival; !(survival > 0.0f && survival <= 1.0f))
         throw MakeError(ErrorKind::Usage, "Trace: roulette.survival is {}, must be above 0 and at most 1",
                         survival);
@@ -100,10 +109,14 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
     const bool isSoftware = UsesSoftwareTraversal(scene, settings);
-    ids.counts = PixelQueue(renderer);
+    ids.counts = ZeroedBuffer(renderer, "pixelQueue", "PixelQueue", sizeof(TraceCounts));
+    if (outputs.record)
+        ids.record =
+            ZeroedBuffer(renderer, "pathRecords", "PathRecords",
+                         sizeof(uint32_t) + gpu::kMaxRecordedVertices * sizeof(gpu::PathVertexRecord));
     const IntegratorForm form =
         settings.form == IntegratorForm::Auto ? DefaultForm(renderer.Device()) : settings.form;
-    if (form == IntegratorForm::Wavefront && !outputs.rayCounts)
+    if (form == IntegratorForm::Wavefront && !outputs.rayCounts && !outputs.record)
         return TraceWavefront(renderer, scene, settings, outputs, ids);
     renderer.AddPass(
         "Trace", isSoftware ? PassKind::Compute : PassKind::RayTracing,
@@ -126,6 +139,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
             ids.counts = pass.Updates("pixelQueue", ids.counts);
             ids.radiance = pass.Writes("radiance", ids.radiance);
             if (outputs.rayCounts) ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
+            if (outputs.record) ids.record = pass.Updates("pathRecords", ids.record);
             for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
             if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
@@ -137,6 +151,27 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                 commands.TraceRays(extent);
         });
     return ids;
+}
+
+std::vector<gpu::PathVertexRecord> PathOf(const Readback& record) {
+    record.Wait();
+    const std::span<const std::byte> bytes = record.Bytes();
+    uint32_t count = 0;
+    std::memcpy(&count, bytes.data(), sizeof(count));
+    RG_CHECK(count <= gpu::kMaxRecordedVertices);
+    std::vector<gpu::PathVertexRecord> vertices(count);
+    std::memcpy(vertices.data(), bytes.data() + sizeof(count), count * sizeof(gpu::PathVertexRecord));
+    return vertices;
+}
+
+glm::vec3 ValueOf(std::span<const gpu::PathVertexRecord> path) {
+    glm::vec3 sum(0.0f);
+    for (const gpu::PathVertexRecord& vertex : path) {
+        sum += vertex.emitted;
+        sum += vertex.lit;
+    }
+    const bool isFinite = std::isfinite(sum.x) && std::isfinite(sum.y) && std::isfinite(sum.z);
+    return isFinite ? sum : glm::vec3(0.0f);
 }
 
 PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string_view>
+#include <vector>
 
 #include "base/api.h"
 #include "passes/pixel_list.h"
@@ -16,6 +18,10 @@
 #include "renderer/scene/model/camera_view.h"
 #include "shaders/shared/choice.h"
 #include "shaders/shared/trace_options.h"
+
+namespace raygraph::gpu {
+struct PathVertexRecord;  // shaders/shared/path_record.h
+}
 
 namespace raygraph::passes {
 
@@ -146,11 +152,15 @@ using PathPartIds = std::array<TextureId, kPathPartCount>;
 // and undefined.
 RAYGRAPH_API Extent2D LightGroupTiles(uint32_t groupCount);
 
-// Holds the outputs of Trace beside the radiance. Ray counts exclude the others.
+// Holds the outputs of Trace beside the radiance. Ray counts and the record exclude the others.
 struct TraceOutputs {
     bool rayCounts = false;
     bool parts = false;
     bool lightGroups = false;
+    // What happens at each vertex of the path, of which there must be one (PathCount). The path is that of
+    // IntegratorForm::Loop: on a device that rounds alike in all programs, the radiance has the bits that it
+    // has without the record.
+    bool record = false;
 };
 
 // Holds the counters of Trace, as in the buffer TraceIds::counts.
@@ -172,14 +182,22 @@ struct TraceIds {
     PathPartIds parts{};    // rgba32f each, alpha as there
     TextureId lightGroups;  // rgba32f, alpha as there; the groups sum to the radiance, to rounding
     BufferId counts;        // TraceCounts
+    BufferId record;        // of the path: PathOf reads it
 };
+
+// Returns the vertices of a recorded path, in their order. Waits for the readback of TraceIds::record.
+RAYGRAPH_API std::vector<gpu::PathVertexRecord> PathOf(const Readback& record);
+// Returns the value of a sample from the vertices of its path: the sum of their contributions, which is what
+// the integrator computes, to the bit; 0 if it is not finite, as Trace writes it.
+RAYGRAPH_API glm::vec3 ValueOf(std::span<const gpu::PathVertexRecord> path);
 
 // Returns the samples of every pixel: the radiance, and the requested other outputs. A function of only
 // (scene, settings): the same device gives the same bits, in one piece or in regions, one sample at a time or
 // several. Several at once fill a large device better. Unbiased but for settings.biases. Ray counts of pixels
-// are taken by IntegratorForm::Loop; the wavefront traces the same rays. Error{Usage}: ray counts together
-// with another output; a sampleCount of 0; Roulette::Frame, which draws one length for all paths of a sample,
-// with several samples or a list of pixels; roulette.survival outside (0, 1]; a region outside the picture.
+// are taken by IntegratorForm::Loop; the wavefront traces the same rays. Error{Usage}: ray counts or a
+// record together with another output; a record of several paths; a sampleCount of 0; Roulette::Frame, which
+// draws one length for all paths of a sample, with several samples or a list of pixels; roulette.survival
+// outside (0, 1]; a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 

@@ -100,6 +100,50 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     return graph;
 }
 
+CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
+    CLI::App* explain = app.add_subcommand("explain", "Show which paths made a pixel what it is");
+    AddScene(*explain, arguments.scene)->required();
+    ExplainRequest& request = arguments.request;
+    AddOption(*explain, "--pixel", "X,Y", "Pixel, from the upper left corner of the picture (required)",
+              [&](const std::string& text) {
+                  const std::vector<std::string_view> parts = ParseList(text);
+                  if (parts.size() != 2) Reject(Text("\"{}\" is not X,Y", Printable(text)));
+                  request.pixel = {ParseCount(parts[0]), ParseCount(parts[1])};
+              })
+        ->required();
+    CLI::Option* sample = AddOption(*explain, "--sample", "N", "Explain the sample of this index",
+                                    [&](const std::string& text) { request.sample = ParseCount(text); });
+    AddOption(*explain, "--brightest", "K", Text("Explain the K brightest samples ({})", request.brightest),
+              [&](const std::string& text) { request.brightest = ParseCount(text, 1, 1000); })
+        ->excludes(sample);
+    AddOption(*explain, "--spp", "N",
+              Text("Number of samples from which the brightest are chosen ({})", request.sampleCount),
+              [&](const std::string& text) { request.sampleCount = ParseCount(text, 1, 1u << 24); })
+        ->excludes(sample);
+    AddOption(*explain, "--sample-offset", "N", Text("Index of the first of them ({})", request.firstSample),
+              [&](const std::string& text) { request.firstSample = ParseCount(text); })
+        ->excludes(sample);
+    AddSettings(*explain, arguments.given,
+                {"size",         "camera",    "scene",          "variant",      "at",
+                 "clips",        "shutter",   "points",         "lines",        "seed",
+                 "sampler",      "brdf",      "distribution",   "masking",      "fresnel",
+                 "multiscatter", "nee",       "light-sampler",  "mis",          "rr",
+                 "rr-start",     "max-depth", "clamp-indirect", "regularize",   "shadow-terminator",
+                 "texture-lod",  "aperture",  "focus",          "env-rotation", "env-tint",
+                 "background",   "light",     "texture-budget"});
+    AddRoot(*explain, arguments.root);
+    AddEnvironment(*explain, arguments.environment);
+    AddPath(*explain, "--settings-from", "FILE.exr",
+            "Take the settings of the picture from a render; given options override them",
+            arguments.settingsFrom);
+    explain->add_flag("--json", arguments.isJson, "Print JSON");
+    AddTracing(*explain, arguments.tracing);
+    AddDevice(*explain, arguments.device);
+    AddValidate(*explain, arguments.isValidating);
+    AddOutput(*explain, arguments);
+    return explain;
+}
+
 CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
     CLI::App* merge = app.add_subcommand("merge", "Merge renders of disjoint sample ranges into one");
     merge
@@ -436,6 +480,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     BenchArguments benchArguments;
     InfoArguments infoArguments;
     GraphArguments graphArguments;
+    ExplainArguments explainArguments;
     MergeArguments mergeArguments;
     DenoiseArguments denoiseArguments;
     CompareArguments compareArguments;
@@ -445,6 +490,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* bench = AddBench(app, benchArguments);
     const CLI::App* info = AddInfo(app, infoArguments);
     const CLI::App* graph = AddGraph(app, graphArguments);
+    const CLI::App* explain = AddExplain(app, explainArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
     const CLI::App* denoise = AddDenoise(app, denoiseArguments);
     const CLI::App* compare = AddCompare(app, compareArguments);
@@ -488,6 +534,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return infoArguments;
     }
     if (*graph) return graphArguments;
+    if (*explain) {
+        CheckEnvironment(explainArguments.given, !explainArguments.environment.empty());
+        return explainArguments;
+    }
     if (*denoise) {
         CheckDenoise(denoiseArguments);
         return denoiseArguments;
@@ -506,8 +556,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     }
     if (!*merge)
         Reject(
-            "a command is needed: render, edit, bench, info, graph, merge, denoise, compare or verify (see "
-            "raygraph --help)");
+            "a command is needed: render, edit, bench, info, graph, explain, merge, denoise, compare or "
+            "verify (see raygraph --help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

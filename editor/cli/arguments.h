@@ -14,6 +14,7 @@
 #include "editor/cli/picture_list.h"
 #include "editor/cli/program_log.h"
 #include "editor/session/denoise.h"
+#include "editor/session/explain/explain.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/tracing_choice.h"
@@ -115,6 +116,19 @@ struct GraphArguments : OutputArguments {
     std::string device;
 };
 
+struct ExplainArguments : OutputArguments {
+    std::filesystem::path scene;
+    SettingTexts given;
+    std::filesystem::path root;          // "": the scene's folder
+    std::filesystem::path environment;   // "": none
+    std::filesystem::path settingsFrom;  // "": none
+    ExplainRequest request;
+    bool isJson = false;
+    std::string device;
+    bool isValidating = false;
+    TracingChoice tracing{};
+};
+
 struct MergeArguments : OutputArguments {
     std::vector<std::filesystem::path> inputs;
     std::filesystem::path output;
@@ -192,8 +206,9 @@ struct ShowText {
     std::string text;
 };
 
-using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
-                               DenoiseArguments, CompareArguments, VerifyArguments, EditArguments, ShowText>;
+using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments,
+                               ExplainArguments, MergeArguments, DenoiseArguments, CompareArguments,
+                               VerifyArguments, EditArguments, ShowText>;
 
 // Parses the command line. Throws Error{Usage}, one line that names the option, if it is not valid.
 Arguments ParseArguments(int argc, const char* const* argv);

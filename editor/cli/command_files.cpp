@@ -62,6 +62,13 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
     return {.inputs = {arguments.scene}, .updated = {}, .outputs = {}, .replacing = {}};
 }
 
+CommandFiles FilesOf(const ExplainArguments& arguments) {
+    return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.settingsFrom}),
+            .updated = {},
+            .outputs = {},
+            .replacing = {}};
+}
+
 CommandFiles FilesOf(const MergeArguments& arguments) {
     return {.inputs = {},
             .updated = arguments.inputs,

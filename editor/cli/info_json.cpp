@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "editor/cli/device_list.h"
+#include "editor/cli/json_values.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/picture_settings.h"
 #include "renderer/scene/gltf/document.h"
@@ -15,28 +16,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Returns the shortest decimal that reads back as this float; a double's digits would show its rounding.
-Json Number(float value) {
-    return Json(std::stod(session::ToText(value)));
-}
+using cli::ValueJson;  // those below hide it
 
-Json ValueJson(bool value) {
-    return value;
-}
-Json ValueJson(float value) {
-    return Number(value);
-}
-template <int Length>
-Json ValueJson(const glm::vec<Length, float>& value) {
-    Json json = Json::array();
-    for (int i = 0; i < Length; ++i) json.push_back(Number(value[i]));
-    return json;
-}
 Json ValueJson(scene::AlphaMode value) {
     return Name(value);
-}
-Json ValueJson(uint32_t value) {
-    return value;
 }
 Json ValueJson(const scene::TextureRef& value) {
     return value.texture;
@@ -60,9 +43,9 @@ Json CameraJson(const scene::Camera& camera) {
     const bool isOrthographic = camera.projection == scene::Projection::Orthographic;
     Json json{{"name", camera.name}, {"projection", isOrthographic ? "orthographic" : "perspective"}};
     if (isOrthographic)
-        json["height_m"] = Number(2.0f * camera.yMag);
+        json["height_m"] = ValueJson(2.0f * camera.yMag);
     else
-        json["fov_degrees"] = Number(glm::degrees(camera.yFov));
+        json["fov_degrees"] = ValueJson(glm::degrees(camera.yFov));
     json["eye"] = ValueJson(camera.cameraToWorld[3]);
     json["option"] = session::CameraText(scene::ViewOf(camera, 1.0f));
     json["fields"] =
@@ -75,12 +58,12 @@ Json LightJson(const scene::Light& light, const std::vector<scene::LightProfile>
     Json json{{"name", light.name}, {"type", Name(light.type)}};
     if (light.profile != scene::kNone) {
         json["type"] = "profile";
-        json["max_intensity_cd"] = Number(light.intensity * profiles.at(light.profile).MaxIntensity());
+        json["max_intensity_cd"] = ValueJson(light.intensity * profiles.at(light.profile).MaxIntensity());
     } else {
-        json[isDirectional ? "illuminance_lx" : "intensity_cd"] = Number(light.intensity);
+        json[isDirectional ? "illuminance_lx" : "intensity_cd"] = ValueJson(light.intensity);
     }
     if (light.type == scene::LightType::Spot)
-        json["cone_degrees"] = Number(2.0f * glm::degrees(light.outerConeAngle));
+        json["cone_degrees"] = ValueJson(2.0f * glm::degrees(light.outerConeAngle));
     json["color"] = ValueJson(light.color);
     json["fields"] = FieldsJson(light, [&](const auto& visit) { scene::ForEachLightField(light, visit); });
     return json;
@@ -139,7 +122,7 @@ std::string SceneJson(const session::SceneInput& input) {
     json["variants"] = List(scene.variants, [](const std::string& name) { return name; });
     json["variant"] = scene.variant < scene.variants.size() ? Json(scene.variant) : Json();
     json["animations"] = List(input.animations, [](const session::AnimationLength& animation) {
-        return Json{{"name", animation.name}, {"seconds", Number(animation.seconds)}};
+        return Json{{"name", animation.name}, {"seconds", ValueJson(animation.seconds)}};
     });
     return TextOf(json);
 }

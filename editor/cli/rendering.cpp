@@ -361,31 +361,32 @@ void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& jo
     if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
 }
 
-// Returns the settings for options that are not given.
-PictureSettings DefaultsOf(const RenderArguments& arguments, const Log& log) {
-    if (arguments.settingsFrom.empty()) return {};
-    const RenderFile render = ReadRenderFile(arguments.settingsFrom, log);
+}  // namespace
+
+PictureSettings StoredSettings(const std::filesystem::path& file, const std::filesystem::path& scene,
+                               const std::filesystem::path& environment, const SettingTexts& given,
+                               const Log& log) {
+    if (file.empty()) return {};
+    const RenderFile render = ReadRenderFile(file, log);
     PictureSettings settings = SettingsFrom(render.settings);
-    const bool replacesLighting = !arguments.environment.empty() || arguments.given.contains("background");
+    const bool replacesLighting = !environment.empty() || given.contains("background");
     if (!render.environmentFile.empty() && !replacesLighting)
         WriteLog(log, LogLevel::Warning, log_category::kScene,
-                 "{} was lit by the map {}, which is no setting: --env gives one again",
-                 arguments.settingsFrom, Printable(render.environmentFile));
+                 "{} was lit by the map {}, which is no setting: --env gives one again", file,
+                 Printable(render.environmentFile));
     // A given light replaces the stored one
-    const auto light = arguments.given.find(kLightSetting);
-    const bool isStudio = light != arguments.given.end() && light->second == Name(DefaultLight::Studio);
-    if (!arguments.environment.empty() || isStudio) settings.background.reset();
+    const auto light = given.find(kLightSetting);
+    const bool isStudio = light != given.end() && light->second == Name(DefaultLight::Studio);
+    if (!environment.empty() || isStudio) settings.background.reset();
     // The choice made for one scene does not hold for another
-    if (replacesLighting || render.sceneFile != arguments.scene.filename().string())
+    if (replacesLighting || render.sceneFile != scene.filename().string())
         settings.light = DefaultLight::Auto;
-    if (arguments.given.contains("background")) {
+    if (given.contains("background")) {
         settings.environmentRotation = PictureSettings{}.environmentRotation;
         settings.environmentTint = PictureSettings{}.environmentTint;
     }
     return settings;
 }
-
-}  // namespace
 
 passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,
                                    const SceneInput& input) {
@@ -416,7 +417,9 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
         job.firstSample = render.samples.front().first;
     } else {
         // The session makes sure that each picture's render has these settings
-        job.settings = SettingsFrom(arguments.given, DefaultsOf(arguments, log));
+        job.settings =
+            SettingsFrom(arguments.given, StoredSettings(arguments.settingsFrom, arguments.scene,
+                                                         arguments.environment, arguments.given, log));
         if (first.at) job.settings.at = first.at;
         if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);

@@ -37,6 +37,13 @@ struct RenderJob {
     std::optional<ResumedRender> resumed;   // for the first picture
 };
 
+// Returns the settings of a stored render (--settings-from), for options that are not `given`, or the
+// defaults if there is no file. The light is chosen again for another scene, and where the other arguments
+// replace it.
+PictureSettings StoredSettings(const std::filesystem::path& file, const std::filesystem::path& scene,
+                               const std::filesystem::path& environment, const SettingTexts& given,
+                               const Log& log);
+
 // Returns how a .png shows a picture of this scene. Throws Error{BadInput} if its white point is that of the
 // scene's light, and nothing emits light.
 passes::TonemapSettings DisplayFor(const RenderArguments& arguments, const PictureSettings& settings,

@@ -24,6 +24,7 @@
 #define RAYGRAPH_BXDF_GLTF_GLSL
 
 #include "bxdf/gltf_lobes.glsl"
+#include "core/record.glsl"
 
 SHADING_BEGIN
 
@@ -226,6 +227,8 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
         isBack = IsWalked(g.name) && ChooseRetroreflection(g.view, within);                 \
         isCosine = SamplesCosine(g.name, within);                                  \
         isWalked = hasWalk && IsWalked(g.name);                                  \
+        RECORD(lobe, lobe);                                                      \
+        RECORD(lobeProbability, g.name##Chance);                                 \
         above -= g.name##Chance;                                                 \
     }
     GLTF_LOBES(RAYGRAPH_CHOOSE_LOBE_)

@@ -11,6 +11,15 @@
 
 SHADING_BEGIN
 
+#ifdef RECORDS_PATHS
+INLINE void EndVertexRecord(PathState path, bool isAlive) {
+    if (isAlive && path.rayCount >= kMaxRays) RECORD(end, kPathEndRayLimit);
+    RECORD(throughput, path.throughput);
+    RECORD(radiance, path.radiance);
+    StoreVertexRecord();
+}
+#endif
+
 #ifdef SINGLE_TRACE_CALL
 // ExtendPath, with one place in its code that traces both rays.
 INLINE bool ExtendPathBySingleTraceCall(INOUT(PathState) path, PathSettings settings) {
@@ -35,8 +44,11 @@ INLINE bool ExtendPathBySingleTraceCall(INOUT(PathState) path, PathSettings sett
             distance = direct.distance;
         } else if (isLit && !IsHit(hit)) {
             Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, direct.triangle, settings);
+            RECORD(visibility, vec3(1.0f));
+            RECORD(lit, RECORDED.collected);
         }
     }
+    RECORD_BY(EndVertexRecord(path, isAlive));
     return isAlive && path.rayCount < kMaxRays;
 }
 #endif
@@ -64,10 +76,14 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
                          ? MediaTransmittance(direct, path.wavelength, path.rng, path.rayCount)
                          : ShadowTransmittance(direct.ray, direct.distance, direct.ior,
                                           AlphaSeed(path.rng, path.rayCount));
-        if (isLit && MaxComponent(share) > 0.0f)
+        RECORD(visibility, isLit ? share : vec3(0.0f));
+        if (isLit && MaxComponent(share) > 0.0f) {
             Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, direct.triangle,
                     settings);
+            RECORD(lit, RECORDED.collected);
+        }
     }
+    RECORD_BY(EndVertexRecord(path, isAlive));
     return isAlive && path.rayCount < kMaxRays;
 }
 

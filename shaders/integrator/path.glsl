@@ -33,6 +33,7 @@
 #include "bxdf/bsdf.glsl"
 #include "core/frame.glsl"
 #include "core/ray_offset.glsl"
+#include "core/record.glsl"
 #include "core/rng.glsl"
 #include "core/trace_options.glsl"
 #include "integrator/direct_light.glsl"
@@ -61,6 +62,69 @@ struct Vertex {
     Frame frame;
 };
 
+#ifdef RECORDS_PATHS
+INLINE void RecordShadowRay(DirectLight direct) {
+    RECORD(shadowOrigin, direct.ray.origin);
+    RECORD(shadowDirection, direct.ray.direction);
+    RECORD(shadowDistance, direct.distance);
+    RECORD(unoccluded, direct.radiance);
+}
+
+INLINE void RecordLightCandidate(uint candidate, LightSample light) {
+    RECORD(candidateCount, candidate + 1u);
+    RECORD_LIGHT(candidate, light, light.light);
+    RECORD_LIGHT(candidate, triangle, light.triangle);
+    RECORD_LIGHT(candidate, probability, RECORDED.lightProbability);
+    RECORD_LIGHT(candidate, pdf, light.pdf);
+    RECORD_LIGHT(candidate, direction, light.wi);
+    RECORD_LIGHT(candidate, distance, light.distance);
+    RECORD_LIGHT(candidate, radiance, light.radiance);
+    RecordSource(candidate, light.light, light.triangle);
+}
+
+INLINE void RecordRay(PathState path, Hit hit) {
+    StartVertexRecord();
+    RECORD(ray, path.rayCount);
+    RECORD(depth, path.depth);
+    RECORD(origin, path.ray.origin);
+    RECORD(direction, path.ray.direction);
+    RECORD(distance, hit.t);
+    RECORD(scatterPDF, path.scatterPDF);
+    RECORD(medium, CurrentMedium(path.media));
+    RECORD(wavelength, path.wavelength);
+    RECORD(end, kPathEndEscaped);
+    if (IsHit(hit)) RecordPlace(hit);
+}
+
+INLINE void RecordSurface(SurfaceInteraction surface) {
+    RECORD(event, kPathEventSurface);
+    RECORD(end, kPathEndNone);
+    RECORD(position, surface.position);
+    RECORD(geometricNormal, surface.geometricNormal);
+    RECORD(shadingNormal, surface.shadingNormal);
+    RECORD(isFront, surface.isFront ? 1u : 0u);
+    RECORD(baseColor, surface.material.baseColor);
+    RECORD(metallic, surface.material.metallic);
+    RECORD(roughness, surface.material.roughness);
+    RECORD(transmission, surface.material.transmission);
+}
+
+INLINE void RecordEmission(PathState path, vec3 radiance, uint light, uint triangle) {
+    RECORD(arriving, path.throughput);
+    RECORD(emission, radiance);
+    RECORD(light, light);
+    RECORD(lightTriangle, triangle);
+}
+
+INLINE void RecordScattering(vec3 direction, vec3 f, float pdf, float cosine, uint flags) {
+    RECORD(scattered, direction);
+    RECORD(bsdf, f);
+    RECORD(pdf, pdf);
+    RECORD(cosine, cosine);
+    RECORD(scatterFlags, flags);
+}
+#endif
+
 // Returns the contribution of a light that is `radiance` at the vertex.
 INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 radiance) {
     DirectLight direct;
@@ -79,6 +143,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
         direct.radiance *= Transmittance(medium, light.distance);
         if (HasTraceFeature(kTraceThinWalls)) direct.ior = MediumIor(medium, path.wavelength);
     }
+    RECORD_BY(RecordShadowRay(direct));
     return direct;
 }
 
@@ -92,12 +157,16 @@ INLINE RayCone ScatteredCone(RayCone cone, float curvature, BSDFSample scattered
 // Gives the path its next ray. `diffuse` is the diffuse part of scattered.f. False: there is none.
 INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
                     PathSettings settings) {
+    RECORD(end, kPathEndAbsorbed);
     if (!(scattered.pdf > 0.0f)) return false;
     if (kKeepsParts && path.depth == 0u)
         path.lobe = FirstLobeOf(scattered.f, diffuse, IsTransmissive(scattered.flags));
     vec3 direction = FromLocal(vertex.frame, scattered.wi);
+    RECORD_BY(RecordScattering(direction, scattered.f, scattered.pdf, abs(scattered.wi.z), scattered.flags));
     float side = dot(direction, vertex.surface.geometricNormal);
+    RECORD(end, kPathEndLeak);
     if (side * scattered.wi.z <= 0.0f) return false;  // light leak of the shading normal
+    RECORD(end, kPathEndAbsorbed);
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
     if (!(MaxComponent(path.throughput) > 0.0f)) return false;
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
@@ -110,7 +179,9 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }
+    RECORD(end, kPathEndRoulette);
     if (!SurviveRoulette(path, settings)) return false;
+    RECORD(end, kPathEndNone);
     ++path.depth;
     return true;
 }
@@ -196,6 +267,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
             toLight = ToLocal(vertex.frame, light.wi);
             // There is no light where the shading normal would leak.
             if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
+            RECORD_BY(RecordLightCandidate(turn, light));
         }
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
@@ -210,15 +282,20 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         }
         float weight = LightWeight(light, pdf) / (light.pdf * float(candidates));
         vec3 radiance = value * light.radiance * (abs(toLight.z) * weight);
+        RECORD_LIGHT(turn, bsdf, value);
+        RECORD_LIGHT(turn, scatterPDF, pdf);
+        RECORD_LIGHT(turn, weight, LightWeight(light, pdf));
         if (radiance == vec3(0.0f)) continue;
         float share = MaxComponent(path.throughput * radiance);
         // A share that is not finite is chosen, too, so that the check of samples finds it.
         if (!(share > 0.0f && share < kInfinity)) share = 1.0f;
         sum += share;
+        RECORD_LIGHT(turn, share, share);
         if (candidates == 1u || SampleBernoulli(choice, share / sum)) {
             chosen = light;
             chosenRadiance = radiance;
             chosenWeight = share;
+            RECORD(chosen, turn);
             if (kKeepsParts && path.depth == 0u)
                 chosenLobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
         }
@@ -240,6 +317,7 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
 // not, its transmission is removed.
 INLINE bool SamplePassThrough(INOUT(PathState) path, INOUT(Vertex) vertex) {
     float chance = PassThroughProbability(vertex.bsdf);
+    RECORD(passProbability, chance);
     path.rng.dimension = kPassThroughDimensions + path.rayCount;
     if (Get1D(path.rng) < chance) {
         path.throughput *= PassThroughWeight(vertex.bsdf) / chance;
@@ -280,6 +358,9 @@ INLINE vec3 PositionInMedium(SegmentStart start, Ray ray, SurfaceInteraction end
 INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, PathSettings settings,
                             INOUT(DirectLight) direct) {
     path.alpha = 1.0f;
+    RECORD(event, kPathEventMedium);
+    RECORD(position, position);
+    RECORD(end, kPathEndDepth);
     if (path.depth >= settings.maxDepth) return false;
     float g = MediumAt(medium).anisotropy;
     vec3 forward = path.ray.direction;
@@ -292,6 +373,7 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
     if (HasTraceFeature(kTraceLightSampling)) {
         vec3 u = Get3D(path.rng);
         LightSample light = SampleLight(path.scatter, u.z, vec2(u));
+        RECORD_BY(RecordLightCandidate(0u, light));
         if (light.pdf > 0.0f) {
             float phase = PhaseHG(g, dot(forward, light.wi));
             direct.ray = ShadowRayFrom(path.ray.origin, light, direct.distance);
@@ -305,13 +387,23 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
                 path.throughput * light.radiance * (phase * LightWeight(light, phase) / light.pdf);
             if (!HasTraceFeature(kTraceMatchedMedia))
                 direct.radiance *= Transmittance(medium, light.distance);
+            RECORD_LIGHT(0, bsdf, vec3(phase));
+            RECORD_LIGHT(0, scatterPDF, phase);
+            RECORD_LIGHT(0, weight, LightWeight(light, phase));
+            RECORD_LIGHT(0, share, MaxComponent(direct.radiance));
+            RECORD(chosen, 0u);
+            RECORD_BY(RecordShadowRay(direct));
         }
     }
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions + 4u;
     path.ray.direction = FromLocal(FrameFromZ(forward), SamplePhaseHG(g, Get2D(path.rng)));
     path.scatterPDF = PhaseHG(g, dot(forward, path.ray.direction));
+    RECORD_BY(RecordScattering(path.ray.direction, vec3(path.scatterPDF), path.scatterPDF, 1.0f,
+                               kBxDFTransmission | kBxDFGlossy));
     if (HasTraceFeature(kTraceTextureLod)) path.ray.cone = WidenCone(path.ray.cone, path.scatterPDF);
+    RECORD(end, kPathEndRoulette);
     if (!SurviveRoulette(path, settings)) return false;
+    RECORD(end, kPathEndNone);
     ++path.depth;
     return true;
 }
@@ -319,12 +411,14 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
 // Adds the emission that the path's ray found, and scatters the path there. `direct` becomes the light that a
 // shadow ray must confirm. False: the path ends here.
 INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
+    RECORD_BY(RecordRay(path, hit));
     // The ray has hit a surface, or the environment
     bool isHit = IsHit(hit);
     SurfaceInteraction surface;
     if (isHit) {
         surface = SurfaceAt(hit, path.ray);
         surface.emission *= EmissionTransmittance(surface, -path.ray.direction);
+        RECORD_BY(RecordSurface(surface));
     } else {
         bool isHidden = HasTraceFeature(kTraceHiddenEnvironment) && path.alpha == 0.0f;
         surface.emission = isHidden ? vec3(0.0f) : EnvironmentRadiance(path.ray.direction);
@@ -341,9 +435,13 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (HasTraceFeature(kTraceVolumes)) {
         float inside = isHit ? SegmentLength(path.start, surface, path.ray, distance) : kInfinity;
         uint medium = CurrentMedium(path.media);
+        RECORD(mediumLength, inside);
+        RECORD(mediumWeight, Transmittance(medium, inside));
         if (HasTraceFeature(kTraceScattering) && IsScattering(medium)) {
             FreeFlight flight = SampleMediumFlight(path, medium, inside);
             path.throughput *= flight.weight;
+            RECORD(mediumLength, flight.distance);
+            RECORD(mediumWeight, flight.weight);
             if (flight.isScattered) {
                 vec3 position =
                     PositionInMedium(path.start, path.ray, surface, isHit, inside, flight.distance);
@@ -361,6 +459,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
             eta = surface.material.ior / MediumIor(CurrentMedium(path.media), path.wavelength);
         }
     }
+    RECORD_BY(RecordEmission(path, surface.emission, surface.light, surface.lightTriangle));
     // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
         AddHitEmission(path, surface.emission, surface.light, surface.lightTriangle, distance, settings);
@@ -369,6 +468,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
         path.media = boundary.beyond;
         PassThrough(path, surface);
+        RECORD(event, kPathEventIgnored);
         // Light sampling cannot follow the path: to its rays, surfaces of volumes are opaque.
         if (!HasTraceFeature(kTraceMatchedMedia)) path.scatterPDF = 0.0f;
         return true;
@@ -377,6 +477,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     bool isMatched = isVolume && IsIndexMatched(surface.material, boundary, path.wavelength);
     bool isWall = isMatched || IsSmoothThinWall(surface.material);
     bool isLast = path.depth >= settings.maxDepth;
+    RECORD(end, isLast ? kPathEndDepth : kPathEndUnlit);
     if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
     if (isMatched) {
@@ -389,6 +490,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     }
 
     // The path scatters at the surface
+    RECORD(wavelength, path.wavelength);
     Vertex vertex;
     vertex.surface = surface;
     vertex.beyond = boundary.beyond;
@@ -402,6 +504,8 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         if (SamplePassThrough(path, vertex)) {
             if (HasTraceFeature(kTraceMatchedMedia)) path.media = boundary.beyond;
             PassThrough(path, surface);
+            RECORD(event, kPathEventStraight);
+            RECORD(end, kPathEndNone);
             return true;
         }
         if (isLast) return false;

@@ -3,6 +3,7 @@
 #ifndef RAYGRAPH_INTEGRATOR_PATH_STATE_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_STATE_GLSL
 
+#include "core/record.glsl"
 #include "core/rng.glsl"
 #include "core/trace_options.glsl"
 #include "integrator/media.glsl"
@@ -99,6 +100,7 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
+    RECORD(collected, value);
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
     AddToGroup(value, light, triangle);
 }
@@ -115,7 +117,14 @@ INLINE void AddHitEmission(INOUT(PathState) path, vec3 radiance, uint light, uin
         lightPDF = LightPDF(path.scatter, light, triangle, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
     Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, triangle, settings);
+    RECORD(lightPDF, lightPDF);
+    RECORD(emissionWeight, weight);
+    RECORD(emitted, RECORDED.collected);
 }
+
+#ifdef RECORDS_PATHS
+INLINE void RecordRoulette(Sampler rng) { RECORD(rouletteNumber, Get1D(rng)); }
+#endif
 
 // Plays Russian roulette. Returns false if the path is terminated; the weight of survivors keeps the mean.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
@@ -124,12 +133,17 @@ INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     if (ActiveRoulette() == kRouletteThroughput) {
         survival =
             min(kRouletteThroughputScale * MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
+        RECORD(survival, survival);
+        RECORD_BY(RecordRoulette(path.rng));
         if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
     } else if (ActiveRoulette() == kRouletteConstant) {
         survival = settings.survival;
+        RECORD(survival, survival);
+        RECORD_BY(RecordRoulette(path.rng));
         if (!(Get1D(path.rng) < survival)) return false;
     } else if (ActiveRoulette() == kRouletteFrame) {
         survival = settings.survival;
+        RECORD(survival, survival);
         if (path.depth + 1u > settings.frameDepth) return false;
     }
     path.throughput /= survival;

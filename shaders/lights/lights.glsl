@@ -24,6 +24,7 @@
 #ifndef RAYGRAPH_LIGHTS_LIGHTS_GLSL
 #define RAYGRAPH_LIGHTS_LIGHTS_GLSL
 
+#include "core/record.glsl"
 #include "lights/environment_light.glsl"
 #include "lights/light_bvh.glsl"
 #include "lights/light_profile.glsl"
@@ -134,6 +135,7 @@ INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
         if (isTriangle) result = SampleTriangle(light, context, u);
         if (HasTraceFeature(kTracePunctualLights) && !isTriangle) result = SamplePunctual(light, context);
     }
+    RECORD(lightProbability, chosen.probability);
     result.pdf *= chosen.probability;
     result.light = chosen.light;
     result.triangle = triangle;

@@ -1,5 +1,6 @@
 // Trace as a loop, in ray generation or, where SOFTWARE_TRAVERSAL is defined, in a compute shader: one sample
-// of every pixel of a region of the picture. Variants define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS.
+// of every pixel of a region of the picture. Variants define COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS; one
+// defines RECORDS_PATHS, and its region is a pixel.
 // Images have the region's size; `texel` is a position in them, `pixel` one in the picture.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
@@ -12,6 +13,9 @@
 #include "pathtrace/launch.glsl"
 #include "scene/extensions.glsl"
 
+#ifdef RECORDS_PATHS
+#include "pathtrace/path_recorder.glsl"
+#endif
 #include "scene/camera.glsl"
 #include "scene/environment.glsl"
 #include "scene/light_bridge.glsl"

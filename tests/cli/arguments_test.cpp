@@ -173,6 +173,23 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("denoise a.exr -o b.png --white-point auto", "--white-point auto");
 }
 
+TEST(Arguments, ExplainTakesAPixelAndItsSamples) {
+    const auto a = std::get<ExplainArguments>(
+        Parse("explain box.gltf --pixel 3,4 --brightest 2 --spp 9 --sample-offset 5 --size 8x8 --json"));
+    EXPECT_EQ(a.request.pixel, glm::uvec2(3, 4));
+    EXPECT_EQ(a.request.brightest, 2u);
+    EXPECT_EQ(a.request.sampleCount, 9u);
+    EXPECT_EQ(a.request.firstSample, 5u);
+    EXPECT_FALSE(a.request.sample);
+    EXPECT_TRUE(a.isJson);
+    EXPECT_EQ(std::get<ExplainArguments>(Parse("explain box.gltf --pixel 0,0 --sample 7")).request.sample,
+              7u);
+    ExpectUsage("explain box.gltf", "--pixel");
+    ExpectUsage("explain box.gltf --pixel 3", "--pixel", "X,Y");
+    ExpectUsage("explain box.gltf --pixel 3,4 --sample 1 --brightest 2", "--sample", "--brightest");
+    ExpectUsage("explain box.gltf --pixel 3,4 --view albedo", "--view");
+}
+
 TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     const std::string help = std::get<ShowText>(Parse("render --help-all")).text;
     for (const PictureSetting& setting : PictureSettingTable())
@@ -181,7 +198,8 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
     for (const Aov aov : kAovs) EXPECT_NE(help.find(Name(aov)), std::string::npos) << Name(aov);
     const std::string overview = std::get<ShowText>(Parse("--help")).text;
-    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "denoise", "completion"})
+    for (const char* text :
+         {"render", "edit", "bench", "info", "graph", "explain", "merge", "denoise", "completion"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
     for (const auto& [code, text] : kExitCodes)
         EXPECT_NE(overview.find(Text("\n  {:<24}  {}\n", static_cast<int>(code), text)), std::string::npos)

@@ -1,0 +1,143 @@
+#include "editor/session/explain/explain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "base/text.h"
+#include "editor/session/frames/device_scene.h"
+#include "editor/session/settings/light_settings.h"
+#include "passes/trace.h"
+#include "renderer/graph/readback_values.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// Rows of a texture of samples: below the least limit that a Vulkan device may have.
+constexpr uint32_t kMostAtOnce = 4096;
+
+bool HaveSameBits(const glm::vec3& a, const glm::vec3& b) {
+    return std::memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+PictureSettings Decided(const PictureSettings& settings, const SceneInput& input) {
+    if (settings.view != View::PathTraced)
+        throw SettingError(ErrorKind::Usage, Text("view: {} has no paths to explain", Name(settings.view)));
+    PictureSettings decided = settings;
+    decided.light = ChooseLight(input, settings);
+    decided.crop.reset();  // the pixels of a part have the bits that they have in the whole
+    return decided;
+}
+
+}  // namespace
+
+double LuminanceOf(const glm::vec3& radiance) {
+    return 0.2126 * double{radiance.x} + 0.7152 * double{radiance.y} + 0.0722 * double{radiance.z};
+}
+
+struct Explainer::Impl {
+    Impl(rhi::Device& device, SceneInput&& input, const PictureSettings& of, const TracingChoice& tracing)
+        : settings(of), names(input.data), scene(device, input, settings, ChooseTracing(device, tracing)) {}
+
+    passes::TraceSettings SettingsFor(const glm::uvec2& pixel, uint32_t sample) const {
+        passes::TraceSettings traced = scene.SettingsFor(sample);
+        traced.region = {pixel.x, pixel.y, 1, 1};
+        return traced;
+    }
+
+    // Samples that share a frame: all of them see the scene at one time, and with Roulette::Frame each has a
+    // length of its own.
+    std::vector<glm::vec3> ValuesOf(const glm::uvec2& pixel, uint32_t first, uint32_t count) {
+        const bool isOneByOne = scene.IsBlurred() || settings.paths.roulette.kind == Roulette::Frame;
+        std::vector<glm::vec3> values;
+        for (uint32_t done = 0; done < count;) {
+            const uint32_t next = isOneByOne ? 1 : std::min(count - done, kMostAtOnce);
+            Renderer& renderer = scene.GraphRenderer();
+            renderer.BeginFrame();
+            const SceneIds ids = scene.Declare(first + done);
+            passes::TraceSettings traced = SettingsFor(pixel, first + done);
+            traced.sampleCount = next;
+            const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, traced).radiance);
+            renderer.Execute();
+            for (const glm::vec4& value : WaitForValues<glm::vec4>(radiance)) values.emplace_back(value);
+            done += next;
+        }
+        return values;
+    }
+
+    ExplainedPath PathOf(const glm::uvec2& pixel, uint32_t sample, const glm::vec3& value,
+                         Explanation& explanation) {
+        Renderer& renderer = scene.GraphRenderer();
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(sample);
+        const passes::TraceIds traced =
+            passes::Trace(renderer, ids, SettingsFor(pixel, sample), {.record = true});
+        const Readback record = renderer.ReadBack(traced.record);
+        renderer.Execute();
+        explanation.origin = ids.origin;
+        explanation.names.NumberLights(ids.lightSet);
+        ExplainedPath path{.sample = sample, .value = value, .vertices = passes::PathOf(record)};
+        path.isExact = HaveSameBits(passes::ValueOf(path.vertices), value);
+        return path;
+    }
+
+    PictureSettings settings;
+    PathNames names;
+    DeviceScene scene;
+};
+
+Explainer::Explainer(rhi::Device& device, SceneInput input, const PictureSettings& settings,
+                     const TracingChoice& tracing)
+    : m_impl(std::make_unique<Impl>(device, std::move(input), Decided(settings, input), tracing)) {}
+
+Explainer::~Explainer() = default;
+
+Explanation Explainer::Explain(const ExplainRequest& request) {
+    const Extent2D size = m_impl->settings.size;
+    if (request.pixel.x >= size.width || request.pixel.y >= size.height)
+        throw MakeError(ErrorKind::Usage, "pixel {},{} is outside of the picture, which has {}x{}",
+                        request.pixel.x, request.pixel.y, size.width, size.height);
+    const uint32_t first = request.sample.value_or(request.firstSample);
+    const uint32_t count = request.sample ? 1 : request.sampleCount;
+    if (count == 0) throw Error(ErrorKind::Usage, "no sample is to be explained");
+    if (count - 1 > std::numeric_limits<uint32_t>::max() - first)
+        throw MakeError(ErrorKind::Usage, "{} samples from {} on go beyond the last one, 4294967295", count,
+                        first);
+
+    Explanation explanation{.pixel = request.pixel, .firstSample = first, .names = m_impl->names};
+    explanation.values = m_impl->ValuesOf(request.pixel, first, count);
+    std::vector<double> luminances;
+    for (const glm::vec3& value : explanation.values) {
+        luminances.push_back(LuminanceOf(value));
+        explanation.mean += glm::dvec3(value) / static_cast<double>(count);
+    }
+    const double mean = std::accumulate(luminances.begin(), luminances.end(), 0.0) / count;
+    double squares = 0.0;
+    for (const double luminance : luminances) squares += (luminance - mean) * (luminance - mean);
+    if (count > 1 && mean > 0.0)
+        explanation.relativeError = std::sqrt(squares / (count - 1.0) / count) / mean;
+
+    std::vector<uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::ranges::stable_sort(order, [&](uint32_t a, uint32_t b) { return luminances[a] > luminances[b]; });
+    order.resize(std::min<size_t>(order.size(), std::max(request.brightest, 1u)));
+    for (const uint32_t i : order) {
+        explanation.paths.push_back(
+            m_impl->PathOf(request.pixel, first + i, explanation.values[i], explanation));
+        if (squares > 0.0)
+            explanation.paths.back().varianceShare =
+                (luminances[i] - mean) * (luminances[i] - mean) / squares;
+    }
+    return explanation;
+}
+
+Explanation Explain(rhi::Device& device, SceneInput input, const PictureSettings& settings,
+                    const ExplainRequest& request) {
+    return Explainer(device, std::move(input), settings).Explain(request);
+}
+
+}  // namespace raygraph::session

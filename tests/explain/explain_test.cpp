@@ -1,0 +1,146 @@
+// Tests that the path of a sample is explained: the record is of the path that the picture has, to the bit.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "editor/cli/explain_json.h"
+#include "editor/session/explain/explain.h"
+#include "editor/session/explain/path_text.h"
+#include "editor/session/frames/device_scene.h"
+#include "editor/session/session.h"
+#include "editor/session/settings/light_settings.h"
+#include "renderer/graph/readback_values.h"
+#include "tests/support/error_of.h"
+#include "tests/support/source_file.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::session::explain_test {
+
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr Extent2D kSize{16, 12};
+
+class ExplainTest : public testing::VulkanTest {};
+
+PictureSettings Small() {
+    PictureSettings settings;
+    settings.size = kSize;
+    return settings;
+}
+
+std::vector<std::string> OwnScenes() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(test::SourceFile("scenes")))
+        if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
+    std::ranges::sort(names);
+    return names;
+}
+
+struct Recorded {
+    glm::uvec2 pixel;
+    Readback record;
+};
+
+}  // namespace
+
+// Surfaces that emit; delta lights, thin walls and rough glass; media that scatter. Each is a program to compile:
+// RAYGRAPH_EXPLAIN_ALL adds the others, which takes minutes.
+TEST_F(ExplainTest, ContributionsOfARecordSumToTheSampleToTheBit) {
+    constexpr uint32_t kSample = 3;
+    std::vector<std::string> scenes{"cornell", "terrace", "scattering_grid"};
+    if (std::getenv("RAYGRAPH_EXPLAIN_ALL") != nullptr) scenes = OwnScenes();
+    size_t vertices = 0, lit = 0;
+    for (const std::string& name : scenes) {
+        SCOPED_TRACE(name);
+        SceneInput input = LoadInput(test::SourceFile("scenes/" + name + ".gltf"));
+        PictureSettings settings = Small();
+        settings.light = ChooseLight(input, settings);
+        DeviceScene scene(Device(), input, settings, {.traversal = Traversal::Driver});
+        Renderer& renderer = scene.GraphRenderer();
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(kSample);
+        passes::TraceSettings traced = scene.SettingsFor(kSample);
+        const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, traced).radiance);
+        std::vector<Recorded> records;
+        for (uint32_t y = 1; y < kSize.height; y += 5)
+            for (uint32_t x = 1; x < kSize.width; x += 6) {
+                traced.region = {x, y, 1, 1};
+                const passes::TraceIds recorded = passes::Trace(renderer, ids, traced, {.record = true});
+                records.push_back({{x, y}, renderer.ReadBack(recorded.record)});
+            }
+        renderer.Execute();
+        const std::vector<glm::vec4> picture = WaitForValues<glm::vec4>(radiance);
+        for (const Recorded& recorded : records) {
+            const std::vector<gpu::PathVertexRecord> path = passes::PathOf(recorded.record);
+            ASSERT_FALSE(path.empty());
+            const glm::vec3 sample(picture[recorded.pixel.y * kSize.width + recorded.pixel.x]);
+            EXPECT_EQ(passes::ValueOf(path), sample) << recorded.pixel.x << ',' << recorded.pixel.y;
+            EXPECT_EQ(path.back().radiance, sample);
+            EXPECT_NE(path.back().end, uint32_t(PathEnd::None));
+            vertices += path.size();
+            if (sample != glm::vec3(0.0f)) ++lit;
+        }
+    }
+    EXPECT_GT(vertices, 15 * scenes.size()) << "paths are too short to prove anything";
+    EXPECT_GT(lit, 3 * scenes.size()) << "pictures are too dark to prove anything";
+}
+
+TEST_F(ExplainTest, ASampleIsThatOfARenderAndItsPathTellsItsCause) {
+    Session session(Device(), LoadInput(test::SourceFile("scenes/cornell.gltf")),
+                    {.settings = Small(), .firstSample = 7, .withVariance = false});
+    session.Run({.samples = 1});
+    const Texels rendered = session.Result().render.radiance;
+    Explainer explainer(Device(), LoadInput(test::SourceFile("scenes/cornell.gltf")), Small());
+    for (const glm::uvec2 pixel : {glm::uvec2(8, 1), glm::uvec2(3, 9), glm::uvec2(12, 6)}) {
+        const Explanation why = explainer.Explain({.pixel = pixel, .sample = 7});
+        ASSERT_EQ(why.paths.size(), 1u);
+        const ExplainedPath& path = why.paths[0];
+        EXPECT_TRUE(path.isExact);
+        // A render's mean of one sample is the sample, rounded to the steps of its sums
+        const size_t texel = 4 * (pixel.y * kSize.width + pixel.x);
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(path.value[c], rendered[texel + c], 1e-5f * (1.0f + rendered[texel + c]));
+    }
+    const Explanation lamp = explainer.Explain({.pixel = {3, 9}, .brightest = 2, .sampleCount = 16});
+    ASSERT_EQ(lamp.paths.size(), 2u);
+    EXPECT_EQ(lamp.values.size(), 16u);
+    EXPECT_GE(LuminanceOf(lamp.paths[0].value), LuminanceOf(lamp.paths[1].value));
+    for (const glm::vec3& value : lamp.values)
+        EXPECT_LE(LuminanceOf(value), LuminanceOf(lamp.paths[0].value));
+    EXPECT_EQ(lamp.paths[0].value, lamp.values[lamp.paths[0].sample]);
+    EXPECT_THAT(CauseOf(lamp.paths[0], lamp.names), HasSubstr("lamp \"lamp\" of \"room\""));
+
+    const json out = json::parse(cli::ExplanationJson(lamp));
+    ASSERT_EQ(out.at("paths").size(), 2u);
+    glm::vec3 sum(0.0f);
+    for (const json& vertex : out["paths"][0].at("vertices"))
+        for (const char* part : {"emitted", "lit"})
+            for (int c = 0; c < 3; ++c) sum[c] += vertex.at(part).at(c).get<float>();
+    EXPECT_EQ(sum, lamp.paths[0].value) << "the digits of JSON do not read back as the same numbers";
+    EXPECT_EQ(out["paths"][0]["vertices"][0].at("event"), "surface");
+}
+
+TEST_F(ExplainTest, WhatCannotBeExplainedIsRefused) {
+    PictureSettings drawn = Small();
+    drawn.view = View::Normals;
+    const SceneInput cornell = LoadInput(test::SourceFile("scenes/cornell.gltf"));
+    EXPECT_THAT(testing::ErrorTextOf([&] { const Explainer explainer(Device(), cornell, drawn); }),
+                HasSubstr("view: normals has no paths"));
+    Explainer explainer(Device(), cornell, Small());
+    EXPECT_THAT(testing::ErrorOf([&] {
+                    explainer.Explain({.pixel = {16, 3}});
+                }).what(),
+                HasSubstr("pixel 16,3 is outside of the picture, which has 16x12"));
+    EXPECT_THAT(
+        testing::ErrorTextOf([&] { explainer.Explain({.firstSample = 0xFFFFFFFFu, .sampleCount = 2}); }),
+        HasSubstr("beyond the last"));
+}
+
+}  // namespace raygraph::session::explain_test
