@@ -88,42 +88,12 @@ struct Failures {
     double tiles = 0.0, pixels = 0.0, energy = 0.0;  // shares, and the relative error beyond the noise
 };
 
-// Sums over the pixels of a block that count, by channel.
-struct BlockSums {
-    std::array<double, 3> difference{}, noise{}, bound{}, scale{};
-
-    void Add(const BlockSums& other) {
-        for (size_t c = 0; c < 3; ++c) {
-            difference[c] += other.difference[c];
-            noise[c] += other.noise[c];
-            bound[c] += other.bound[c];
-            scale[c] += other.scale[c];
-        }
-    }
-};
-
-// Raises the tile's errors to those of a block in it.
-void Raise(VerdictTile& tile, const BlockSums& block, double deviations) {
-    for (size_t c = 0; c < 3; ++c) {
-        const double deviation = std::sqrt(block.noise[c]);
-        const double excess = std::abs(block.difference[c]) /
-                              (block.bound[c] + deviations * deviation + std::numeric_limits<double>::min());
-        if (excess <= tile.excess) continue;
-        tile.excess = excess;
-        tile.relativeError = block.scale[c] > 0.0 ? block.difference[c] / block.scale[c] : 0.0;
-        tile.z = deviation > 0.0 ? block.difference[c] / deviation : 0.0;
-    }
-}
-
 // Judges tiles, pixels and the mean; `noiseShare` is the share of the reference's noise that counts.
 Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
-    constexpr uint32_t kCell = 4, kCells = kVerifyTile / kCell;  // the smallest blocks
     const Extent2D size = all.size;
     const uint32_t columns = (size.width + kVerifyTile - 1) / kVerifyTile,
                    rows = (size.height + kVerifyTile - 1) / kVerifyTile;
-    // A tile has blocks of 4 x 4 and of 8 x 8 pixels
-    const size_t blocksOfTile = 1 + kCells * kCells / 4 + kCells * kCells;
-    const double deviations = SidakDeviations(3 * blocksOfTile * columns * rows, 0.01);
+    const double deviations = SidakDeviations(size_t{3} * columns * rows, 0.01);
     Failures failures;
     size_t tileCount = 0;
     std::array<double, 3> difference{}, variance{}, reference{};
@@ -133,7 +103,7 @@ Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
             VerdictTile tile{.x = column * kVerifyTile, .y = row * kVerifyTile};
             tile.width = std::min(kVerifyTile, size.width - tile.x);
             tile.height = std::min(kVerifyTile, size.height - tile.y);
-            std::array<BlockSums, kCells * kCells> cells{};
+            std::array<double, 3> sum{}, noise{}, bound{}, scale{};
             size_t count = 0;
             VerdictPixel ofTile;
             for (uint32_t y = tile.y; y < tile.y + tile.height; ++y)
@@ -141,17 +111,16 @@ Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
                     const size_t pixel = size_t{y} * size.width + x;
                     if (!all.Counts(pixel)) continue;
                     ++count;
-                    BlockSums& cell = cells[(y - tile.y) / kCell * kCells + (x - tile.x) / kCell];
                     double excess = 0.0;
                     for (size_t c = 0; c < 3; ++c) {
                         const size_t i = 4 * pixel + c;
                         const double d = double{all.picture[i]} - all.reference[i];
                         const double v = all.noise[i] + noiseShare * all.referenceNoise[i];
                         const double s = all.Scale(pixel, c), allowed = all.relative[pixel] * s;
-                        cell.difference[c] += d;
-                        cell.noise[c] += v;
-                        cell.bound[c] += allowed;
-                        cell.scale[c] += s;
+                        sum[c] += d;
+                        noise[c] += v;
+                        bound[c] += allowed;
+                        scale[c] += s;
                         reference[c] += all.reference[i];
                         excess = std::max(excess, std::abs(d) / (allowed + kPixelDeviations * std::sqrt(v) +
                                                                  std::numeric_limits<double>::min()));
@@ -161,19 +130,17 @@ Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
                 }
             if (count == 0) continue;
             ++tileCount;
-            for (uint32_t side = 1; side <= kCells; side *= 2)  // of a block, in cells
-                for (uint32_t y = 0; y < kCells; y += side)
-                    for (uint32_t x = 0; x < kCells; x += side) {
-                        BlockSums block;
-                        for (uint32_t v = y; v < y + side; ++v)
-                            for (uint32_t u = x; u < x + side; ++u) block.Add(cells[v * kCells + u]);
-                        Raise(tile, block, deviations);
-                        if (side < kCells) continue;
-                        for (size_t c = 0; c < 3; ++c) {
-                            difference[c] += block.difference[c];
-                            variance[c] += block.noise[c];
-                        }
-                    }
+            for (size_t c = 0; c < 3; ++c) {
+                difference[c] += sum[c];
+                variance[c] += noise[c];
+                const double deviation = std::sqrt(noise[c]);
+                const double excess = std::abs(sum[c]) / (bound[c] + deviations * deviation +
+                                                          std::numeric_limits<double>::min());
+                if (excess <= tile.excess) continue;
+                tile.excess = excess;
+                tile.relativeError = scale[c] > 0.0 ? sum[c] / scale[c] : 0.0;
+                tile.z = deviation > 0.0 ? sum[c] / deviation : 0.0;
+            }
             if (tile.excess > 1.0) failures.tiles += 1.0;
             if (verdict != nullptr) {
                 verdict->tiles.push_back(tile);
@@ -202,39 +169,6 @@ Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
     return failures;
 }
 
-// Lowers the variances of tiles where neighboring pixels differ by less: those that are stated are of
-// independent samples, and Sobol points have less.
-void LowerNoise(Compared& all) {
-    const Extent2D size = all.size;
-    const auto residual = [&](uint32_t x, uint32_t y, size_t c) {
-        const size_t i = 4 * (size_t{y} * size.width + x) + c;
-        return double{all.picture[i]} - all.reference[i];
-    };
-    for (uint32_t top = 0; top < size.height; top += kVerifyTile)
-        for (uint32_t left = 0; left < size.width; left += kVerifyTile)
-            for (size_t c = 0; c < 3; ++c) {
-                const uint32_t right = std::min(left + kVerifyTile, size.width),
-                               bottom = std::min(top + kVerifyTile, size.height);
-                double found = 0.0, stated = 0.0;
-                for (uint32_t y = top; y + 1 < bottom; ++y)
-                    for (uint32_t x = left; x + 1 < right; ++x) {
-                        const double d = 0.5 * (residual(x, y, c) - residual(x + 1, y, c) -
-                                                residual(x, y + 1, c) + residual(x + 1, y + 1, c));
-                        const size_t i = 4 * (size_t{y} * size.width + x) + c;
-                        found += d * d;
-                        stated += all.noise[i] + all.referenceNoise[i];
-                    }
-                if (!(stated > 0.0) || found >= stated) continue;
-                const auto factor = static_cast<float>(std::max(found / stated, 0.02));
-                for (uint32_t y = top; y < bottom; ++y)
-                    for (uint32_t x = left; x < right; ++x) {
-                        const size_t i = 4 * (size_t{y} * size.width + x) + c;
-                        all.noise[i] *= factor;
-                        all.referenceNoise[i] *= factor;
-                    }
-            }
-}
-
 Compared Prepare(const Picture& picture, const JudgedAgainst& against, bool& isEstimated) {
     const Picture& reference = against.reference;
     Compared all{.size = picture.size};
@@ -260,7 +194,6 @@ Compared Prepare(const Picture& picture, const JudgedAgainst& against, bool& isE
     all.noise = NoiseOf(picture, reference, isEstimated);
     all.referenceNoise = reference.variance.empty() ? Texels(4 * count, 0.0f)
                                                     : AtLeastAround(reference.variance, picture.size);
-    LowerNoise(all);
     return all;
 }
 

@@ -73,14 +73,13 @@ struct JudgedAgainst {
 
 // Throws Error{BadInput} as Difference does, and if no pixel counts.
 //
-// A tile passes if it, and each block of 8 x 8 and of 4 x 4 pixels in it, has a mean difference of at most
-// the tolerance + k standard errors in each channel, where k is so large that all tiles of a right picture
-// pass with a probability of 0.99 (Sidak) if errors are normal; a pixel passes with k = 4. The variance of a
-// pixel is at least the mean around it, 5 x 5 pixels, and that of a picture with a known number of samples at
-// least that of as many samples of the reference: few samples often miss what varies. In a tile, it is
-// lowered to what second differences of picture - reference along both axes show. Without a known variance,
-// that of independent noise is estimated from their median. FLIP and SSIM are compared with those of the
-// reference against itself with normal noise of these variances added.
+// A tile passes if in each channel |mean difference| <= tolerance + k standard errors, where k is so large
+// that all tiles of a right picture pass with a probability of 0.99 (Sidak) if errors are normal; a pixel,
+// with k = 4. The variance of a pixel is at least the mean around it, 5 x 5 pixels, and that of a picture
+// with a known number of samples at least that of as many samples of the reference: few samples often miss
+// what varies. Without a known variance that of independent noise is estimated in each tile from second
+// differences of picture - reference along both axes, by their median. FLIP and SSIM are compared with those
+// of the reference against itself with normal noise of these variances added.
 RAYGRAPH_API Verdict Judge(Renderer& renderer, const Picture& picture, const JudgedAgainst& against);
 
 // Returns the variance of the picture's noise by the rules above; the variance of the reference is apart.
