@@ -251,8 +251,8 @@ TEST_F(TraceOptions, Trace_EveryOutputComesWhenAskedForAndLeavesTheRadiance) {
                                {"parts", {.parts = true}},
                                {"light groups", {.lightGroups = true}}};
     auto rows = OptionRowsOf<passes::TraceOutputs>([](passes::TraceOutputs& s) {
-        auto& [rayCounts, parts, lightGroups] = s;
-        return std::tie(rayCounts, parts, lightGroups);
+        auto& [rayCounts, parts, lightGroups, record] = s;
+        return std::tie(rayCounts, parts, lightGroups, record);
     });
     const TraceSettings settings = View(BrdfModel::Lambert);
     const FloatImage alone = render.TraceOnce(settings);
@@ -272,6 +272,7 @@ TEST_F(TraceOptions, Trace_EveryOutputComesWhenAskedForAndLeavesTheRadiance) {
         rows.Add(row.name, {}, row.outputs);
         expectSame(row.outputs);
     }
+    rows.Add("record", {}, {.record = true});  // of one path only: tests/explain
     rows.ExpectComplete();
     expectSame({.parts = true, .lightGroups = true});
 }
