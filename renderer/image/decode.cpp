@@ -38,28 +38,31 @@ const char* FormatName(FileFormat format) {
     return "of an unknown format";
 }
 
-// Environment light is finite and not negative; anything else would poison every sample that meets it.
-void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string>& warnings) {
-    const auto pixel = [&](size_t index) {
-        const size_t texel = index / 4;
-        return Text("({}, {})", texel % image.width, texel / image.width);
-    };
+std::string PixelText(const ImageF& image, size_t index) {
+    const size_t texel = index / 4;
+    return Text("({}, {})", texel % image.width, texel / image.width);
+}
+
+void RequireFinite(const ImageF& image, std::string_view name) {
+    for (size_t i = 0; i < image.rgba.size(); ++i) {
+        const float value = image.rgba[i];
+        if (!std::isfinite(value))
+            Reject(name, Text("pixel {} is {}", PixelText(image, i), std::isnan(value) ? "NaN" : "infinite"));
+    }
+}
+
+// Light is not negative, or it would poison every sample that meets it.
+void ClampNegative(ImageF& image, std::string_view name, std::vector<std::string>& warnings) {
     uint64_t negativeCount = 0;
     size_t firstNegative = 0;
     for (size_t i = 0; i < image.rgba.size(); ++i) {
-        float& value = image.rgba[i];
-        if (!std::isfinite(value)) {
-            Reject(name, Text("pixel {} is {}", pixel(i), std::isnan(value) ? "NaN" : "infinite"));
-        }
-        if (value < 0.0f) {
-            if (negativeCount++ == 0) firstNegative = i;
-            value = 0.0f;
-        }
+        if (!(image.rgba[i] < 0.0f)) continue;
+        if (negativeCount++ == 0) firstNegative = i;
+        image.rgba[i] = 0.0f;
     }
-    if (negativeCount > 0) {
+    if (negativeCount > 0)
         warnings.push_back(Text("{}: {} negative values set to 0, the first at pixel {}", name, negativeCount,
-                                pixel(firstNegative)));
-    }
+                                PixelText(image, firstNegative)));
 }
 
 }  // namespace
@@ -132,8 +135,8 @@ Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, con
     Reject(name, Text("is {}, not PNG, JPEG, WebP, DDS or KTX2", FormatName(format)));
 }
 
-Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
-                              const DecodeLimits& limits) {
+Environment DecodeFloats(std::span<const std::byte> bytes, std::string_view name,
+                         const DecodeLimits& limits) {
     if (bytes.empty()) Reject(name, "the file is empty");
     const FileFormat format = SniffFormat(bytes);
     Environment environment;
@@ -144,7 +147,14 @@ Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view
     } else {
         Reject(name, Text("is {}; an environment is Radiance HDR or OpenEXR", FormatName(format)));
     }
-    CheckRadiance(environment.image, name, environment.warnings);
+    RequireFinite(environment.image, name);
+    return environment;
+}
+
+Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
+                              const DecodeLimits& limits) {
+    Environment environment = DecodeFloats(bytes, name, limits);
+    ClampNegative(environment.image, name, environment.warnings);
     return environment;
 }
 

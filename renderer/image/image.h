@@ -92,6 +92,9 @@ RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
                                          const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                                            const DecodeLimits& limits = kEnvironmentLimits);
+// Does the same for a picture that need not be light: negative values stay.
+RAYGRAPH_API Environment DecodeFloats(std::span<const std::byte> bytes, std::string_view name,
+                                      const DecodeLimits& limits = kEnvironmentLimits);
 
 // The writers replace the file as a whole or leave the old one unchanged (base/files.h). They throw
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the

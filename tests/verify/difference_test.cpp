@@ -56,6 +56,16 @@ TEST(ReadPicture, Png_IsDecodedWithItsExposureAndWhite) {
     EXPECT_TRUE(picture.variance.empty());
 }
 
+// Normals and differences have them.
+TEST(ReadPicture, Exr_KeepsNegativeValues) {
+    const TemporaryFolder folder;
+    image::ExrImage file{.width = 1, .height = 1};
+    file.channels = {
+        {"R", std::vector<float>{-0.5f}}, {"G", std::vector<float>{0.25f}}, {"B", std::vector<float>{-2.0f}}};
+    image::WriteExr(folder / "a.exr", file);
+    EXPECT_EQ(ReadPicture(folder / "a.exr").radiance, (std::vector<float>{-0.5f, 0.25f, -2.0f, 1.0f}));
+}
+
 TEST(ReadPicture, ExrWithVarianceOfASample_HasThatOfTheMean) {
     const TemporaryFolder folder;
     image::ExrImage file{.width = 2, .height = 1};

@@ -121,11 +121,11 @@ Picture ReadPicture(const std::filesystem::path& path, const Transfer& transfer,
                 break;
             case image::FileFormat::Hdr:
             case image::FileFormat::Exr: {
-                image::Environment environment = image::DecodeEnvironment(bytes, name);
-                for (const std::string& warning : environment.warnings)
+                auto [floats, warnings] = image::DecodeFloats(bytes, name);
+                for (const std::string& warning : warnings)
                     log.Send(LogLevel::Warning, log_category::kScene, warning);
-                picture.size = {environment.image.width, environment.image.height};
-                picture.radiance = std::move(environment.image.rgba);
+                picture.size = {floats.width, floats.height};
+                picture.radiance = std::move(floats.rgba);
                 if (format == image::FileFormat::Exr) AddVariance(image::DecodeExr(bytes, name), picture);
                 break;
             }
