@@ -157,9 +157,9 @@ struct TraceOutputs {
     bool rayCounts = false;
     bool parts = false;
     bool lightGroups = false;
-    // What happens at each vertex of the path, of which there must be one (PathCount). The path is that of
-    // IntegratorForm::Loop: on a device that rounds alike in all programs, the radiance has the bits that it
-    // has without the record.
+    // Records what happens at each vertex of the path, of which there must be one (PathCount). The path is
+    // that of IntegratorForm::Loop: on a device that rounds alike in all programs, the radiance has the bits
+    // that it has without the record.
     bool record = false;
 };
 

@@ -185,14 +185,11 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
 
     const Log log = console.log.ForLibraries();
-    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
-                                                   .variant = settings.variant,
-                                                   .isAnimated = settings.at.has_value(),
-                                                   .clips = settings.clips,
-                                                   .pointsAndLines = settings.pointsAndLines,
-                                                   .root = arguments.root,
-                                                   .environment = arguments.environment,
-                                                   .log = log});
+    InputOptions options = InputOptionsFor(settings);
+    options.root = arguments.root;
+    options.environment = arguments.environment;
+    options.log = log;
+    SceneInput input = LoadInput(arguments.scene, options);
     RequireMapFor(arguments.given, input, settings.light, "--env");
     const std::unique_ptr<rhi::Device> device =
         OpenDevice({.select = arguments.device, .capturesStatistics = arguments.isListingPipelines}, log);

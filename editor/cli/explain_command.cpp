@@ -18,14 +18,11 @@ void ExplainCommand(const ExplainArguments& arguments, Console& console) {
     const PictureSettings settings = SettingsFrom(
         arguments.given,
         StoredSettings(arguments.settingsFrom, arguments.scene, arguments.environment, arguments.given, log));
-    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
-                                                   .variant = settings.variant,
-                                                   .isAnimated = settings.at.has_value(),
-                                                   .clips = settings.clips,
-                                                   .pointsAndLines = settings.pointsAndLines,
-                                                   .root = arguments.root,
-                                                   .environment = arguments.environment,
-                                                   .log = log});
+    InputOptions options = InputOptionsFor(settings);
+    options.root = arguments.root;
+    options.environment = arguments.environment;
+    options.log = log;
+    SceneInput input = LoadInput(arguments.scene, options);
     RequireMapFor(arguments.given, input, ChooseLight(input, settings), "--env or --light studio");
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     Explainer explainer(*device, std::move(input), settings, arguments.tracing);

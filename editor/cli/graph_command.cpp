@@ -31,13 +31,10 @@ void DeclareSample(DeviceScene& scene, passes::Accumulation& accumulation, uint3
 void GraphCommand(const GraphArguments& arguments, Console& console) {
     const PictureSettings settings = SettingsFrom(arguments.given);
     const Log log = console.log.ForLibraries();
-    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
-                                                   .variant = settings.variant,
-                                                   .isAnimated = settings.at.has_value(),
-                                                   .clips = settings.clips,
-                                                   .pointsAndLines = settings.pointsAndLines,
-                                                   .root = arguments.root,
-                                                   .log = log});
+    InputOptions options = InputOptionsFor(settings);
+    options.root = arguments.root;
+    options.log = log;
+    SceneInput input = LoadInput(arguments.scene, options);
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     Renderer& renderer = scene.GraphRenderer();

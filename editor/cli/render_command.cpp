@@ -170,17 +170,12 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
         std::launch::async | std::launch::deferred, [&] { return OpenDevices(arguments, group, log); });
     Progress& progress = console.progress;
     std::optional<image::ExrThreads> threads(std::in_place);
-    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
-                                                   .variant = settings.variant,
-                                                   .isAnimated = settings.at.has_value(),
-                                                   .clips = settings.clips,
-                                                   .pointsAndLines = settings.pointsAndLines,
-                                                   .root = arguments.root,
-                                                   .environment = arguments.environment,
-                                                   .log = log,
-                                                   .progress = [&](std::string_view stage, float fraction) {
-                                                       progress.ShowLoading(stage, fraction);
-                                                   }});
+    InputOptions options = InputOptionsFor(settings);
+    options.root = arguments.root;
+    options.environment = arguments.environment;
+    options.log = log;
+    options.progress = [&](std::string_view stage, float fraction) { progress.ShowLoading(stage, fraction); };
+    SceneInput input = LoadInput(arguments.scene, options);
     threads.reset();
     settings.light = ChooseLight(input, settings, pictures.Resumed(), group);
     if (settings.light == DefaultLight::Studio)

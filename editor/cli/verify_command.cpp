@@ -90,17 +90,14 @@ class VerifyRun {
 
   private:
     SceneInput Load(const VerifyCase& one, const PictureSettings& settings) {
-        return LoadInput(one.scene, {.scene = settings.scene,
-                                     .variant = settings.variant,
-                                     .isAnimated = settings.at.has_value(),
-                                     .clips = settings.clips,
-                                     .pointsAndLines = settings.pointsAndLines,
-                                     .root = one.root,
-                                     .environment = one.environment,
-                                     .log = m_log,
-                                     .progress = [&](std::string_view stage, float fraction) {
-                                         m_console.progress.ShowLoading(stage, fraction);
-                                     }});
+        InputOptions options = InputOptionsFor(settings);
+        options.root = one.root;
+        options.environment = one.environment;
+        options.log = m_log;
+        options.progress = [&](std::string_view stage, float fraction) {
+            m_console.progress.ShowLoading(stage, fraction);
+        };
+        return LoadInput(one.scene, options);
     }
 
     // Returns where the difference of a picture is; "": nowhere.

@@ -131,7 +131,7 @@ DenoisedView::Ids DenoisedView::Declare(Renderer& renderer, const SceneIds& scen
     const Extent2D extent = settings.extent;
     const Ids last = DeclareLast(renderer, extent, samples);
     State state = StateFor(samples);
-    // What was begun is of no use for other samples, and for a picture that is wanted in this frame
+    // A begun picture is of no use for other samples, or if one is wanted in this frame
     if (state.pending == 0 || request.isUrgent) {
         renderer.Release(m_series);
         state.pending = 0;

@@ -51,8 +51,6 @@ class DenoisedView {
     uint32_t NextStop(const passes::Accumulation& samples) const;
     // Returns the samples of the picture that is shown of these samples; 0: there is none.
     uint32_t SampleCount(const passes::Accumulation& samples) const;
-    // Returns whether a picture is being made over several frames.
-    bool IsPending() const { return m_series.IsBegun(); }
     // Records the times of the frame for which Declare returned `frame`: its passes took `milliseconds`, and
     // a sample takes `sampleMs`.
     void AddTimings(const FrameTiming& timing, const Ids& frame, double milliseconds, double sampleMs);

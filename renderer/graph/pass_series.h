@@ -42,8 +42,6 @@ class RAYGRAPH_API PassSeries {
     // Learns from the GPU times of a frame how long passes take. A pass without times counts as long as the
     // longest one of its name, or of any name; if there are no times at all, as too long.
     void AddTimings(const FrameTiming& timing);
-    // Discards what was learned, for other passes or pictures of another extent.
-    void ForgetTimings() { m_passes.clear(); }
 
   private:
     friend class Renderer;

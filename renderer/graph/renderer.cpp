@@ -513,7 +513,7 @@ void Renderer::Impl::TakeIntoSeries(PassDeclaration& pass) {
     if (info.waits) return;
     pass.portion = {.first = parts.first, .end = parts.end, .of = PassSeries::kParts};
     if (parts.first == 0) return;
-    // What its first parts have written must stay
+    // The results of its first parts must stay
     for (ResourceUse& use : uses)
         if (use.access == Access::StorageWrite) use.access = Access::StorageUpdate;
 }

@@ -68,7 +68,7 @@ struct FrameSemaphores {
     }
 };
 
-// What the open frame executes of a series.
+// SeriesFrame decides what the open frame executes of a series.
 class SeriesFrame {
   public:
     SeriesFrame(PassSeries& series, double milliseconds)

@@ -55,7 +55,7 @@ void main() {
         vec3 away = OffsetAt(film, vec2(at) + 0.5f, otherDepth) - offset, otherNormal = NormalOf(otherTexel);
         float fromPlane = max(abs(dot(normal, away)), abs(dot(otherNormal, away))) /
                           (bend * FootprintAt(film, min(depth, otherDepth)));
-        // What a mirror shows is not where it seems to be
+        // A surface that a mirror shows is not where it seems to be
         if (IsShown(number)) fromPlane = 1.0f + 20.0f / bend * abs(depth / otherDepth - 1.0f);
         float otherLuminance = Luminance(value.xyz);
         float deviation = kDeviations * length(vec2(own.w, value.w)) +

@@ -26,7 +26,7 @@ class RAYGRAPH_API PathNames {
     std::string Material(uint32_t material) const;
     // The light of a candidate that has one.
     std::string Light(const gpu::LightCandidateRecord& candidate) const;
-    // What the ray to a vertex found emitting.
+    // Names what emits the light that the ray to a vertex found.
     std::string Emitter(const gpu::PathVertexRecord& vertex) const;
 
   private:

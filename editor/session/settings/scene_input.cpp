@@ -82,6 +82,14 @@ void RequireRoot(const std::filesystem::path& root) {
                                                      error ? error.message() : "it is not a folder"));
 }
 
+InputOptions InputOptionsFor(const PictureSettings& settings) {
+    return {.scene = settings.scene,
+            .variant = settings.variant,
+            .isAnimated = settings.at.has_value(),
+            .clips = settings.clips,
+            .pointsAndLines = settings.pointsAndLines};
+}
+
 SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
     SceneInput environment;  // before the scene, which takes longer: an error comes early
     if (!options.environment.empty()) LoadEnvironment(environment, options.environment, options.log);

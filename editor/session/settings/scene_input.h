@@ -41,6 +41,8 @@ struct SceneInput {
     double loadMs = 0.0;  // duration of reading and decoding both files
 };
 
+struct PictureSettings;
+
 struct InputOptions {
     // Selects a scene of the file by name or index; "": the default. It must be the scene in the picture's
     // settings: an input with another one is refused when it is rendered.
@@ -57,6 +59,10 @@ struct InputOptions {
     // Is called on the loading thread, with `fraction` from 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
 };
+
+// Returns the options for a picture with these settings. What is no setting is left to the caller: root,
+// environment, log and progress.
+RAYGRAPH_API InputOptions InputOptionsFor(const PictureSettings& settings);
 
 // Throws SettingError of kind BadInput unless the root is a folder, or "" for none. The reader of a scene
 // would name the root, but not the setting.

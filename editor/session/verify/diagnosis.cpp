@@ -534,7 +534,7 @@ void Rank(Diagnosis& diagnosis) {
     std::vector<Hypothesis>& all = diagnosis.hypotheses;
     std::erase_if(all, [](const Hypothesis& hypothesis) { return hypothesis.explained < kLeastExplained; });
     std::ranges::stable_sort(all, std::greater{}, &Hypothesis::score);
-    // Of one object or part, the best hypothesis says it all
+    // The best hypothesis about an object or a part says it all
     std::vector<Hypothesis> best;
     for (Hypothesis& hypothesis : all) {
         const bool isKnown = std::ranges::any_of(best, [&](const Hypothesis& other) {

@@ -1,6 +1,7 @@
-// What explains the difference of a picture and the reference: a part of the light, an object, a material, or
-// a mistake of the whole picture. Each is a hypothesis that predicts a picture from the reference and its
-// AOVs; what its prediction leaves of the difference tells how well it explains it. Threads: pure functions.
+// Diagnosis says what explains the difference of a picture and the reference: a part of the light, an object,
+// a material, or a mistake of the whole picture. Each is a hypothesis that predicts a picture from the
+// reference and its AOVs; what its prediction leaves of the difference tells how well it explains it.
+// Threads: pure functions.
 #pragma once
 
 #include <string>

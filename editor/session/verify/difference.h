@@ -1,4 +1,5 @@
-// What two pictures of one view differ by: in numbers that the field uses, and as pictures.
+// PictureDifference says how two pictures of one view differ: in numbers that the field uses, and as
+// pictures.
 //
 // Threads: that of the Renderer, and pure functions where there is none.
 #pragma once

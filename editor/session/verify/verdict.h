@@ -51,8 +51,8 @@ struct VerdictPixel {
 
 struct Verdict {
     bool isRight = false;
-    // Whether more samples of the reference could change the verdict: without its noise, some check would
-    // end otherwise.
+    // More samples of the reference would not change the verdict: the picture is not right, or each check
+    // would end alike without the noise of the reference.
     bool isDecided = false;
     std::vector<VerdictCheck> checks;
     std::vector<VerdictTile> tiles;         // all, row by row
