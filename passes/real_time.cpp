@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
-#include <limits>
 #include <vector>
 
 #include "base/text.h"
@@ -14,8 +13,6 @@
 namespace raygraph::passes {
 
 namespace {
-
-constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
 
 // The formats of shaders/real_time.
 constexpr Format kColors = Format::Rgba16Float;  // albedo, motion, means and pictures
@@ -28,8 +25,11 @@ gpu::Film FilmOf(const gpu::CameraRecord& camera, Extent2D extent) {
 }
 
 bool IsSameView(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
-    return a.orthographic == b.orthographic && a.right == b.right && a.up == b.up && a.forward == b.forward &&
-           a.lensRadius == b.lensRadius && a.focusDistance == b.focusDistance;
+    return a.orthographic == b.orthographic && a.right == b.right && a.up == b.up && a.forward == b.forward;
+}
+
+bool IsSameLens(const gpu::CameraRecord& a, const gpu::CameraRecord& b) {
+    return a.lensRadius == b.lensRadius && a.focusDistance == b.focusDistance;
 }
 
 // Returns the extent that all of them have. Throws Error{Usage} if they differ; formats are those of the
@@ -85,6 +85,24 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
     return seen;
 }
 
+TextureId FindChanges(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
+                      const MovingMeanIds& before) {
+    const Extent2D extent = ExtentOfAll(renderer, {seen.albedo, seen.surfaces, seen.motion, before.mean});
+    constexpr uint32_t kBlock = gpu::kChangeBlock;
+    const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
+    TextureId changes = renderer.CreateTexture("changes", {blocks, Format::Rgba32Float});
+    AddCompute(renderer, "FindChanges", "real_time/changes.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("radiance", sample);
+        pass.Reads("albedo", seen.albedo);
+        pass.Reads("surfaces", seen.surfaces);
+        pass.Reads("motion", seen.motion);
+        pass.Reads("surfacesBefore", before.surfaces);
+        pass.Reads("meanBefore", before.mean);
+        changes = pass.Writes("changes", changes);
+    });
+    return changes;
+}
+
 MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
                                const MovingMeanIds& before, const MovingMeanSettings& settings,
                                const MovingMeanIds& into) {
@@ -95,9 +113,9 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
     const struct {
         gpu::Film film;
         float mostBefore, most;
-        uint32_t frame;
+        uint32_t frame, hasChanges;
     } constants{FilmOf(settings.cameraBefore, extent), static_cast<float>(settings.mostBefore),
-                static_cast<float>(settings.most), settings.frame};
+                static_cast<float>(settings.most), settings.frame, settings.changes.IsValid() ? 1u : 0u};
     AddCompute(renderer, "AccumulateMoving", "real_time/temporal.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("radiance", sample);
         pass.Reads("albedo", seen.albedo);
@@ -106,6 +124,7 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
         pass.Reads("surfacesBefore", before.surfaces);
         pass.Reads("meanBefore", before.mean);
         pass.Reads("deviationBefore", before.deviation);
+        pass.Reads("changes", settings.changes.IsValid() ? settings.changes : sample);
         pass.Constants(constants);
         now.mean = pass.Writes("mean", now.mean);
         now.deviation = pass.Writes("deviation", now.deviation);
@@ -151,12 +170,13 @@ TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds
     TextureId picture = TextureOr(into, renderer, "picture", extent, kColors);
     const struct {
         float mostBefore, mostMoving, mostStill;
-        uint32_t hasChanged, isStill, frame;
+        uint32_t hasChanged, isStill, hasLimit, frame;
     } constants{static_cast<float>(settings.mostBefore),
                 static_cast<float>(settings.mostMoving),
                 static_cast<float>(settings.mostStill),
                 settings.hasChanged ? 1u : 0u,
                 settings.isStill ? 1u : 0u,
+                settings.hasLimit ? 1u : 0u,
                 settings.frame};
     AddCompute(renderer, "ResolveMoving", "real_time/resolve.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("filtered", filtered);
@@ -174,16 +194,18 @@ TextureId ResolveMoving(Renderer& renderer, TextureId filtered, const SurfaceIds
 
 // --- RealTime ---
 
-void RealTimeHistory::Limit(uint32_t samples) {
-    m_limit = std::min(m_limit.value_or(samples), samples);
-}
-
 // The declaration of one frame.
 class RealTimeFrame {
+    using Change = RealTimeHistory::Change;
+
   public:
     RealTimeFrame(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                   RealTimeHistory& history, const RealTimeSettings& realTime)
-        : m_renderer(renderer), m_scene(scene), m_settings(settings), m_history(history), m_of(realTime) {
+        : m_renderer(renderer),
+          m_scene(scene),
+          m_settings(settings),
+          m_history(history),
+          m_realTime(realTime) {
         m_instances = Kept("instances", scene.instances);
         if (scene.deformedStreams.IsValid()) m_deformed = Kept("deformed", scene.deformedStreams);
         m_before = Persistent(false);
@@ -192,9 +214,13 @@ class RealTimeFrame {
         m_hasInstances =
             !renderer.IsFresh(m_instances) && !(m_deformed.IsValid() && renderer.IsFresh(m_deformed));
         const bool isFresh = renderer.IsFresh(m_before.mean.mean);
-        if (m_hasInstances && !isFresh && history.m_before && history.m_before->extent == settings.extent)
-            m_limit = history.m_limit.value_or(kNoLimit);
-        m_isStill = m_limit > 0 && !history.m_limit && IsSameView(history.m_before->camera, m_camera) &&
+        m_hasHistory = m_hasInstances && !isFresh && m_history.m_change != Change::Forget &&
+                       history.m_before && history.m_before->extent == settings.extent;
+        // Another lens moves no surface, but pictures before it are as sharp as the one before was
+        m_hasChanged = history.m_change != Change::None ||
+                       (m_hasHistory && !IsSameLens(history.m_before->camera, m_camera));
+        m_changeFrames = m_hasChanged ? RealTimeHistory::kFramesOfChange : history.m_changeFrames;
+        m_isStill = m_hasHistory && !m_hasChanged && IsSameView(history.m_before->camera, m_camera) &&
                     history.m_before->eye == EyeOf(settings.camera);
         if (!m_hasInstances) KeepInstances();
         if (!isFresh) return;
@@ -204,34 +230,39 @@ class RealTimeFrame {
     }
 
     TextureId Declare(TextureId sample) {
-        const gpu::CameraRecord before = m_limit > 0 ? m_history.m_before->camera : m_camera;
+        const gpu::CameraRecord before = m_hasHistory ? m_history.m_before->camera : m_camera;
         const SurfaceIds seen = TraceSurfaces(m_renderer, m_scene, m_settings,
                                               {before, m_instances, m_deformed}, m_now.mean.surfaces);
+        TextureId changes;
+        if (m_hasHistory && m_changeFrames > 0)
+            changes = FindChanges(m_renderer, sample, seen, m_before.mean);
         const MovingMeanIds mean = AccumulateMoving(m_renderer, sample, seen, m_before.mean,
                                                     {.cameraBefore = before,
-                                                     .mostBefore = std::min(m_limit, m_of.mostSamples),
-                                                     .most = m_of.mostSamples,
-                                                     .frame = m_settings.sampleIndex},
+                                                     .mostBefore = m_hasHistory ? m_realTime.mostSamples : 0,
+                                                     .most = m_realTime.mostSamples,
+                                                     .frame = m_history.m_frameCount,
+                                                     .changes = changes},
                                                     m_now.mean);
         // The filter's levels lie where nothing is needed any more, and where the picture will be: the last
         // one where it is not
         std::array levels{m_before.mean.mean, m_now.picture};
         const auto into = [&](uint32_t level) -> TextureId& {
-            return levels[(m_of.filterLevels - level) % 2];
+            return levels[(m_realTime.filterLevels - level) % 2];
         };
         TextureId filtered = into(0) = EstimateVariance(m_renderer, mean, seen.albedo, into(0));
-        for (uint32_t level = 0; level < m_of.filterLevels; ++level)
+        for (uint32_t level = 0; level < m_realTime.filterLevels; ++level)
             filtered = into(level + 1) =
                 FilterLevel(m_renderer, filtered, mean.surfaces, m_camera, {1 << level, 0}, into(level + 1));
-        const uint32_t mostFrames = std::max(m_of.mostFramesMoving, m_of.mostFramesStill);
+        const uint32_t mostFrames = std::max(m_realTime.mostFramesMoving, m_realTime.mostFramesStill);
         const TextureId picture =
             ResolveMoving(m_renderer, filtered, seen, mean.mean, m_before.mean.surfaces, m_before.picture,
-                          {.mostBefore = std::min(m_limit, mostFrames),
-                           .mostMoving = m_of.mostFramesMoving,
-                           .mostStill = m_of.mostFramesStill,
-                           .hasChanged = m_history.m_limit.has_value(),
+                          {.mostBefore = m_hasHistory ? mostFrames : 0,
+                           .mostMoving = m_realTime.mostFramesMoving,
+                           .mostStill = m_realTime.mostFramesStill,
+                           .hasChanged = m_hasChanged,
                            .isStill = m_isStill,
-                           .frame = m_settings.sampleIndex},
+                           .hasLimit = changes.IsValid(),
+                           .frame = m_history.m_frameCount},
                           levels[1]);
         if (m_hasInstances) KeepInstances();
         return picture;
@@ -283,15 +314,18 @@ class RealTimeFrame {
                 m_deformed = pass.CopiesTo(m_deformed);
             },
             [copies, &history = m_history, isStill = m_isStill,
+             changeFrames = m_changeFrames > 0 ? m_changeFrames - 1 : 0,
              frame = RealTimeHistory::Frame{m_settings.extent, m_camera, EyeOf(m_settings.camera)}](
                 CommandList& commands, const PassResources& resources) {
                 for (const Copy& copy : copies)
                     commands.CopyBuffer(resources.Buffer(copy.from), 0, resources.Buffer(copy.to), 0,
                                         copy.bytes);
-                commands.OnSubmitted([&history, isStill, frame] {
+                commands.OnSubmitted([&history, isStill, frame, changeFrames] {
                     history.m_before = frame;
                     history.m_isOdd = !history.m_isOdd;
-                    history.m_limit.reset();
+                    history.m_change = Change::None;
+                    history.m_changeFrames = changeFrames;
+                    ++history.m_frameCount;
                     history.m_stillFrames = isStill ? history.m_stillFrames + 1 : 0;
                 });
             });
@@ -301,9 +335,11 @@ class RealTimeFrame {
     const SceneIds& m_scene;
     const TraceSettings& m_settings;
     RealTimeHistory& m_history;
-    const RealTimeSettings& m_of;
+    const RealTimeSettings& m_realTime;
     gpu::CameraRecord m_camera;
-    uint32_t m_limit = 0;  // 0: there is nothing before
+    bool m_hasHistory = false;
+    bool m_hasChanged = false;    // something else than the camera's place and field of view
+    uint32_t m_changeFrames = 0;  // for which light is compared, from this one on
     bool m_hasInstances = false;
     bool m_isStill = false;  // nothing has changed since the frame before
     BufferId m_instances, m_deformed;

@@ -24,24 +24,21 @@ uint64_t PixelsAt(Extent2D extent, uint32_t scale) {
 
 void RealTimeView::NoteChange(passes::ResetCause cause) {
     using passes::ResetCause;
-    m_history.Interrupt();
-    // Samples that count of those before: light that has changed must fade soon
-    constexpr uint32_t kOfOtherLight = 3, kOfOtherPlaces = 8;
     switch (cause) {
         case ResetCause::Start:
         case ResetCause::Geometry:
-            return m_history.Limit(0);
+            return m_history.Forget();
         case ResetCause::Material:
         case ResetCause::Light:
         case ResetCause::Environment:
         case ResetCause::Settings:
-            return m_history.Limit(kOfOtherLight);
         case ResetCause::Transform:
-            return m_history.Limit(kOfOtherPlaces);
+            return m_history.NoteChange();
         case ResetCause::Camera:
         case ResetCause::Resize:
+            return m_history.Interrupt();  // RealTime finds out the rest
         case ResetCause::Count:
-            return;  // as RealTime finds out
+            return;
     }
 }
 
@@ -63,10 +60,12 @@ void RealTimeView::ChooseScale(Extent2D extent, double limitMs) {
         return;
     }
     if (!(m_msPerPixel > 0.0)) {
+        if (m_isScaleFound) return;
         m_scale = 1;
         while (m_scale < kCoarsest && PixelsAt(extent, m_scale) > kFirstPixels) m_scale *= 2;
         return;
     }
+    m_isScaleFound = true;
     const auto expected = [&](uint32_t scale) {
         return m_msPerPixel * static_cast<double>(PixelsAt(extent, scale));
     };
@@ -84,13 +83,12 @@ RealTimeView::Ids RealTimeView::Declare(Renderer& renderer, const SceneIds& scen
     if (ids.isSettled) {
         ids.picture = passes::LastRealTime(renderer, m_history, settings.extent);
     } else {
-        settings.sampleIndex = m_sampleIndex;
+        settings.sampleIndex = m_history.FrameCount();
         // The reference has other samples: errors that both had would look like none
         settings.seed ^= 0x9e3779b9u;
         ids.pixels = PixelsAt(extent, m_scale);
         const TextureId sample = passes::Trace(renderer, scene, settings).radiance;
         ids.picture = passes::RealTime(renderer, scene, settings, sample, m_history);
-        renderer.OnSubmitted([this] { ++m_sampleIndex; });
     }
     ids.end = renderer.NextPass();
     if (m_scale > 1) ids.picture = passes::Upscale(renderer, ids.picture, extent);

@@ -457,7 +457,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         timed.realTime = realTime.Declare(renderer, ids, settings, budgetSettings.frameMs, false);
         // Errors are computed from floats
         pictures.other = passes::Upscale(renderer, timed.realTime.picture, size);
-        pictures.otherDisplay = DisplayRealTime(timed.realTime.picture, shownAs.tonemap);
+        pictures.otherDisplay = DisplayRealTime(timed.realTime.picture, {}, shownAs.tonemap);
         pictures.otherVersion = realTime.FrameCount();
         realTimeErrors.Declare(
             renderer, {.picture = pictures.other,
@@ -484,14 +484,27 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     return shown;
 }
 
-TextureId Viewport::Impl::DisplayRealTime(TextureId picture, const passes::TonemapSettings& tonemap) {
-    return realTimeDisplay.Declare(renderer,
-                                   {.mean = picture,
-                                    .before = {},
-                                    .after = {.sampleCount = 1, .cursor = {}},
-                                    .tiles = {},
-                                    .resetCount = renderer.FrameNumber()},
-                                   tonemap);
+TextureId Viewport::Impl::DisplayRealTime(TextureId picture, const passes::Accumulation::Progress& blended,
+                                          const passes::TonemapSettings& tonemap) {
+    if (blended.sampleCount == 0 || !(blended == realTimeBlended)) ++realTimeVersion;
+    realTimeBlended = blended;
+    const passes::Accumulation::Progress whole{.sampleCount = 1, .cursor = {}};
+    return realTimeDisplay.Declare(
+        renderer,
+        {.mean = picture, .before = whole, .after = whole, .tiles = {}, .resetCount = realTimeVersion},
+        tonemap);
+}
+
+// Blends the kept picture with the samples that have been accumulated since.
+TextureId Viewport::Impl::DisplayHandOver(TextureId picture, const passes::AccumulatedIds& accumulated,
+                                          const passes::TonemapSettings& tonemap) {
+    const passes::Accumulation& samples = pathTraced.Samples();
+    const PassId first = renderer.NextPass();
+    const TextureId blended = passes::HandOver(renderer, picture, accumulated, samples.Declared());
+    const bool isReady = budgetSettings.whilePreparing != PreparingView::Preview ||
+                         renderer.PreparePipelines(first, renderer.NextPass());
+    if (!isReady) return DisplayRealTime(picture, {}, tonemap);
+    return DisplayRealTime(blended, samples.Declared(), tonemap);
 }
 
 TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
@@ -502,17 +515,18 @@ TextureId Viewport::Impl::DeclareRealTime(const SceneIds& ids, const passes::Tra
         return {};
     TimedFrame timed{.frame = renderer.FrameNumber(), .realTime = filtered};
     denoisedIds = {};
-    TextureId picture = filtered.picture;
+    TextureId shown;
     std::optional<PixelRequests::Shown> reference;
     const passes::Accumulation& samples = pathTraced.Samples();
     if (filtered.isSettled) {
         const passes::AccumulatedIds accumulated =
             pathTraced.DeclareSamples(renderer, ids, settings, budget, budgetSettings);
-        picture = passes::HandOver(renderer, picture, accumulated, samples.Declared());
         timed.tiles = pathTraced.DeclaredTiles();
         reference = {accumulated, samples.Declared()};
+        shown = DisplayHandOver(filtered.picture, accumulated, tonemap);
+    } else {
+        shown = DisplayRealTime(filtered.picture, {}, tonemap);
     }
-    const TextureId shown = DisplayRealTime(picture, tonemap);
     AnswerRequests(ids, settings, reference, {});
     isPreview = false;
     renderer.OnSubmitted([this, timed = std::move(timed)] { NoteTimed(timed); });

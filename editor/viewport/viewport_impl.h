@@ -37,8 +37,13 @@ struct Viewport::Impl {
     // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
     ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
-    // Returns the display of a picture of the real-time view.
-    TextureId DisplayRealTime(TextureId picture, const passes::TonemapSettings& tonemap);
+    // Returns the display of a picture of the real-time view, with which the samples of that progress are
+    // blended. Without a whole one, each picture is another; else that of the last frame stays if it is the
+    // same.
+    TextureId DisplayRealTime(TextureId picture, const passes::Accumulation::Progress& blended,
+                              const passes::TonemapSettings& tonemap);
+    TextureId DisplayHandOver(TextureId picture, const passes::AccumulatedIds& accumulated,
+                              const passes::TonemapSettings& tonemap);
     // Returns an invalid id while pipelines are being made and no frame may wait for them.
     TextureId DeclareRealTime(const SceneIds& ids, const passes::TraceSettings& settings,
                               const passes::TonemapSettings& tonemap);
@@ -87,6 +92,8 @@ struct Viewport::Impl {
     RealTimeView realTime;
     DenoisedView denoised;
     DenoisedView::Ids denoisedIds;  // of the last declared frame; without a picture, it shows none
+    uint64_t realTimeVersion = 0;   // of the picture in realTimeDisplay
+    passes::Accumulation::Progress realTimeBlended;
     CachedDisplay pathTracedDisplay, rasterDisplay, realTimeDisplay, denoisedDisplay;
     CompareView compare;
     OutlineView outline;

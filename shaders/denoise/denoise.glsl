@@ -2,20 +2,12 @@
 #ifndef RAYGRAPH_DENOISE_DENOISE_GLSL
 #define RAYGRAPH_DENOISE_DENOISE_GLSL
 
-// An entry that is infinite or NaN counts as 0.
-vec3 FiniteOr0(vec3 value) {
-    bvec3 isFinite = lessThanEqual(abs(value), vec3(3.4e38f));  // false for NaN
-    return mix(vec3(0.0f), value, isFinite);
-}
+#include "post/pixels.glsl"
 
 // Errors are weighed as relMSE weighs them: by the inverse of the squared radiance and 0.01.
 vec3 ErrorWeight(vec3 radiance) { return 1.0f / (radiance * radiance + 0.01f); }
 
 float Sum(vec3 value) { return value.x + value.y + value.z; }
-
-bool IsInside(ivec2 pixel, ivec2 size) {
-    return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, size));
-}
 
 // The first and the last pixel of the window around a pixel.
 ivec2 WindowBegin(ivec2 pixel, int radius) { return max(pixel - radius, ivec2(0)); }

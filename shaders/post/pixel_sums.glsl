@@ -5,6 +5,7 @@
 
 #define PLANE_ACCESS readonly
 #include "post/exact_planes.glsl"
+#include "post/pixels.glsl"
 
 struct PixelSums {
     uvec4 sums[4];
@@ -22,12 +23,6 @@ PixelSums SumsOf(ivec2 pixel) {
                           imageLoad(squares3, pixel));
 #endif
     return of;
-}
-
-// Returns the samples of a pixel: one more than `sampleCount` where tiles of the next one have reached it.
-uint SamplesAt(uvec2 pixel, uint sampleCount, uint doneRows, uint doneColumns, uint bandHeight) {
-    bool isAhead = pixel.y < doneRows || (pixel.y < doneRows + bandHeight && pixel.x < doneColumns);
-    return sampleCount + (isAhead ? 1u : 0u);
 }
 
 ExactSum SumOf(PixelSums pixel, int channel) {

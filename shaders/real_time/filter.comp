@@ -20,9 +20,14 @@ layout(push_constant, scalar) uniform Constants {
     ivec2 step;  // pixels from tap to tap, and turned by 90 degrees
 } constants;
 
-const float kDeviations = 1.5f;  // of the luminance at which a weight is 1 / e
+// A weight falls to 1 / e at kDeviations standard deviations between both luminances, at an angle with 1 -
+// cos = 1 / kNormal between both normals, and, in mirrors, at a relative difference of 1 / kShownDepth of
+// the lengths of both paths. A curved surface is kBend times the distance away from its tangent plane. All
+// are chosen by the errors that docs/real-time.md lists.
+const float kDeviations = 1.5f;
 const float kNormal = 48.0f;
-const float kBend = 0.1f;  // how far curved surfaces are from their tangent planes, by the distance
+const float kShownDepth = 20.0f;
+const float kBend = 0.1f;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = imageSize(guided);
@@ -55,8 +60,9 @@ void main() {
         vec3 away = OffsetAt(film, vec2(at) + 0.5f, otherDepth) - offset, otherNormal = NormalOf(otherTexel);
         float fromPlane = max(abs(dot(normal, away)), abs(dot(otherNormal, away))) /
                           (bend * FootprintAt(film, min(depth, otherDepth)));
-        // A surface that a mirror shows is not where it seems to be
-        if (IsShown(number)) fromPlane = 1.0f + 20.0f / bend * abs(depth / otherDepth - 1.0f);
+        // A surface that a mirror shows is not where it seems to be: lengths of the paths are compared
+        if (IsShown(number))
+            fromPlane = 1.0f + kShownDepth / bend * abs(depth - otherDepth) / min(depth, otherDepth);
         float otherLuminance = Luminance(value.xyz);
         float deviation = kDeviations * length(vec2(own.w, value.w)) +
                           1e-4f * max(luminance, otherLuminance) + 1e-7f;

@@ -2,10 +2,11 @@
 #ifndef RAYGRAPH_REAL_TIME_HAND_OVER_GLSL
 #define RAYGRAPH_REAL_TIME_HAND_OVER_GLSL
 
+#include "post/pixels.glsl"
 #include "shared/real_time.h"
 
 const int kBlock = int(kHandOverBlock);
-const uint kFewSamples = 4u;
+const uint kFewSamples = 8u;  // fewer say little about their variance
 
 layout(push_constant) uniform Constants {
     uint sampleCount;  // of each pixel; one more of those that a tile of the next sample has reached
@@ -13,10 +14,8 @@ layout(push_constant) uniform Constants {
 } constants;
 
 uint SamplesAt(ivec2 pixel) {
-    uvec2 at = uvec2(pixel);
-    bool isAhead = at.y < constants.doneRows ||
-                   (at.y < constants.doneRows + constants.bandHeight && at.x < constants.doneColumns);
-    return constants.sampleCount + (isAhead ? 1u : 0u);
+    return SamplesAt(uvec2(pixel), constants.sampleCount, constants.doneRows, constants.doneColumns,
+                     constants.bandHeight);
 }
 
 #endif

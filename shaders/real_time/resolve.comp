@@ -23,13 +23,15 @@ layout(push_constant, scalar) uniform Constants {
     float mostStill;
     uint hasChanged;  // something else than the camera has
     uint isStill;     // neither the camera nor anything else has
+    uint hasLimit;    // no more pictures count than samples of the mean
     uint frame;       // a number, for random rounding
 } constants;
 
 const float kDeviations = 1.0f;  // of its neighborhood that a color of earlier frames may be away
 
-// The contrast of the neighborhood, the squared relative deviation of its luminance, reduces the number of
-// pictures that count: so much, where it is above this.
+// Where the contrast of 3 x 3 pixels, the squared relative deviation of their luminance, is above
+// kLowContrast, the number of pictures that count is divided by 1 + kBlur * (contrast - kLowContrast). Both
+// are chosen by the measured error of edges of lamps.
 const float kBlur = 8.0f;
 const float kLowContrast = 0.7f;
 
@@ -69,7 +71,7 @@ void main() {
     for (int i = 0; i < 9; ++i) {
         ivec2 at = pixel + ivec2(i % 3, i / 3) - 1;
         if (!IsInside(at, size)) continue;
-        vec3 value = FiniteOr0(imageLoad(filtered, at).xyz * imageLoad(albedo, at).xyz);
+        vec3 value = FiniteOr0(imageLoad(filtered, at).xyz * DivisorOf(imageLoad(albedo, at)));
         if (i == 4) color = value;
         value = ToYCoCg(value);
         sum += value;
@@ -82,9 +84,8 @@ void main() {
         }
     }
     vec4 moved = imageLoad(motion, front);
-    vec2 shift = moved.xy;
-    bool isStill = dot(shift, shift) < 1e-4f;
-    if (isStill) shift = vec2(0.0f);
+    vec2 shift = ShiftOf(moved);
+    bool isStill = shift == vec2(0.0f);
     vec2 place = vec2(pixel) + 0.5f + shift;
     bool isKnown = moved.w != 0.0f && all(greaterThanEqual(place, vec2(0.0f))) &&
                    all(lessThan(place, vec2(size))) && constants.mostBefore > 0.0f;
@@ -108,6 +109,7 @@ void main() {
             float blur = kBlur * max(contrast - kLowContrast, 0.0f);
             most = 1.0f + (constants.mostMoving - 1.0f) / (1.0f + blur);
         }
+        if (constants.hasLimit != 0u) most = min(most, imageLoad(mean, pixel).w);
         float frames = min(min(before.w, constants.mostBefore) + 1.0f, most);
         // The n-th picture counts n times as much as the first: each has less noise than those before
         result = vec4(mix(before.xyz, color, min(2.0f / (frames + 1.0f), 1.0f)), frames);

@@ -2,13 +2,14 @@
 #ifndef RAYGRAPH_REAL_TIME_SURFACE_GLSL
 #define RAYGRAPH_REAL_TIME_SURFACE_GLSL
 
+#include "post/pixels.glsl"
 #include "shared/mix_bits.h"
 #include "shared/real_time.h"
 
 const uint kNothingWritten = 0u;  // numbers that no surface has
 const uint kNothingHit = 1u;
 const uint kFirstNumber = 2u;
-const uint kNumbers = 2039u;  // the largest prime of which 12 bits have room for two more
+const uint kNumbers = 2039u;  // the largest prime with kFirstNumber + 2 * kNumbers <= 4096
 // Surfaces that mirrors or clear glass show have numbers from here on. Their depth is the length of the path
 // to them, as if that went straight on.
 const uint kFirstShownNumber = kFirstNumber + kNumbers;
@@ -61,19 +62,23 @@ float FootprintAt(Film film, float depth) {
     return film.orthographic != 0u ? width : width * depth;
 }
 
-bool IsInside(ivec2 pixel, ivec2 size) {
-    return all(greaterThanEqual(pixel, ivec2(0))) && all(lessThan(pixel, size));
-}
+// Returns the pixels to where a surface was in the frame before. Less than a hundredth of a pixel is
+// rounding, which must not blur what stands still.
+vec2 ShiftOf(vec4 motion) { return dot(motion.xy, motion.xy) < 1e-4f ? vec2(0.0f) : motion.xy; }
 
-// An entry that is infinite or NaN counts as 0.
-vec3 FiniteOr0(vec3 value) {
-    bvec3 isFinite = lessThanEqual(abs(value), vec3(3.4e38f));  // false for NaN
-    return mix(vec3(0.0f), value, isFinite);
+// --- Light over albedo ---
+
+const float kMostHalf = 65504.0f;
+
+// Radiance is divided by this and multiplied by it later: an albedo of 0, as of lamps, would lose it.
+vec3 DivisorOf(vec4 albedo) { return max(albedo.xyz, vec3(0.01f)); }
+
+vec3 LightOf(vec4 radiance, vec4 albedo) {
+    return min(FiniteOr0(radiance.xyz) / DivisorOf(albedo), vec3(kMostHalf));
 }
 
 // --- Halves ---
 
-const float kMostHalf = 65504.0f;
 const uint kToNearest = 0x1000u;
 
 // Rounds to what a plane of halves can hold, since devices round differently when they store. `bits`, below

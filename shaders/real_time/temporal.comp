@@ -16,13 +16,21 @@ layout(set = 0, binding = 5, rgba16f) readonly uniform image2D meanBefore;  // w
 layout(set = 0, binding = 6, r16f) readonly uniform image2D deviationBefore;
 layout(set = 0, binding = 7, rgba16f) writeonly uniform image2D mean;
 layout(set = 0, binding = 8, r16f) writeonly uniform image2D deviation;
+layout(set = 0, binding = 9, rgba32f) readonly uniform image2D changes;  // changes.comp
 
 layout(push_constant, scalar) uniform Constants {
     Film filmBefore;
     float mostBefore;  // samples that count of those before
     float most;        // samples that count
     uint frame;        // a number, for random rounding
+    uint hasChanges;   // `changes` are those of the frame
 } constants;
+
+// Earlier samples count for so many over the squared share by which light has changed: those that the filter
+// averages of a pixel have a relative error of about the root of this.
+const float kSamplesOfChange = 0.03f;
+// A difference counts as far as it exceeds so many of its standard deviations.
+const float kDeviations = 3.0f;
 
 struct History {
     vec4 mean;
@@ -61,9 +69,7 @@ History HistoryOf(ivec2 pixel, Surface now, vec4 moved) {
     history.square = 0.0f;
     history.weight = 0.0f;
     if (moved.w == 0.0f || constants.mostBefore == 0.0f) return history;
-    vec2 shift = moved.xy;
-    if (dot(shift, shift) < 1e-4f) shift = vec2(0.0f);  // rounding must not blur what stands still
-    vec2 place = vec2(pixel) + 0.5f + shift;
+    vec2 place = vec2(pixel) + 0.5f + ShiftOf(moved);
     if (!all(lessThan(abs(place), vec2(1e6f)))) return history;
     vec3 offset = OffsetAt(constants.filmBefore, place, moved.z * now.depth);
     ivec2 corner = ivec2(floor(place - 0.5f));
@@ -81,12 +87,29 @@ History HistoryOf(ivec2 pixel, Surface now, vec4 moved) {
     return history;
 }
 
+float ShareOf(vec3 sums) {
+    return max(abs(sums.x) - kDeviations * sqrt(sums.y), 0.0f) / max(sums.z, 1e-6f);
+}
+
+// Returns how many earlier samples count by the change of the light around a pixel: in its block, or in all
+// that are next to it, whichever tells more.
+float MostBefore(ivec2 pixel) {
+    if (constants.hasChanges == 0u) return constants.mostBefore;
+    ivec2 block = pixel / int(kChangeBlock);
+    vec3 sums = vec3(0.0f);
+    for (int i = 0; i < 9; ++i) {
+        ivec2 at = block + ivec2(i % 3, i / 3) - 1;
+        if (IsInside(at, imageSize(changes))) sums += imageLoad(changes, at).xyz;
+    }
+    float share = max(ShareOf(imageLoad(changes, block).xyz), ShareOf(sums));
+    return min(constants.mostBefore, kSamplesOfChange / (share * share + 1e-9f));
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (!IsInside(pixel, imageSize(mean))) return;
     vec4 color = imageLoad(albedo, pixel), moved = imageLoad(motion, pixel);
-    vec3 value = FiniteOr0(imageLoad(radiance, pixel).xyz) / max(color.xyz, vec3(0.01f));
-    value = min(value, vec3(kMostHalf));
+    vec3 value = LightOf(imageLoad(radiance, pixel), color);
     uvec2 texel = imageLoad(surfaces, pixel).xy;
     Surface now = Surface(NormalOf(texel), DepthOf(texel), NumberOf(texel));
     History history = HistoryOf(pixel, now, moved);
@@ -97,8 +120,8 @@ void main() {
         float average = Luminance(history.mean.xyz), away = Luminance(value) - average;
         variance = max(history.square / history.weight - average * average, 0.0f);
         // What surfaces that are not dull reflect does not move as they do
-        float most = moved.xy == vec2(0.0f) ? constants.most : max(constants.most * color.w, 2.0f);
-        float count = min(min(history.mean.w, constants.mostBefore) + 1.0f, most);
+        float most = ShiftOf(moved) == vec2(0.0f) ? constants.most : max(constants.most * color.w, 2.0f);
+        float count = min(min(history.mean.w, MostBefore(pixel)) + 1.0f, most);
         newMean = vec4(mix(history.mean.xyz, value, 1.0f / count), count);
         if (now.number == kNothingHit) newMean.xyz = value;  // the environment is sharp and has no noise
         variance = (1.0f - 1.0f / count) * (variance + away * away / count);

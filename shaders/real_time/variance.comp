@@ -13,8 +13,8 @@ layout(set = 0, binding = 2, rg32ui) readonly uniform uimage2D surfaces;
 layout(set = 0, binding = 3, rgba16f) readonly uniform image2D albedo;  // w: dullness
 layout(set = 0, binding = 4, rgba16f) writeonly uniform image2D guided;  // the mean; w: its deviation
 
-const float kUncertainty = 6.0f;  // samples
-const float kLeastNoise = 0.1f;
+const float kUncertainty = 6.0f;  // the variance of n samples is multiplied by 1 + kUncertainty / n
+const float kLeastNoise = 0.1f;   // and in a mirror by this
 const float kFewSamples = 4.0f;  // fewer say little about their variance
 // A pixel is a firefly if it is brighter than the brightest of its neighbors by the first factor (a rank
 // condition as in Hardie and Barner 1994, "Rank Conditioned Rank Selection Filters for Signal Restoration").

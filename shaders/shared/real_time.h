@@ -26,6 +26,7 @@ struct Film {
 };
 
 RAYGRAPH_CONSTANT uint kHandOverBlock = 8u;  // pixels a side
+RAYGRAPH_CONSTANT uint kChangeBlock = 8u;    // pixels a side: blocks in which light is compared
 
 #undef RAYGRAPH_CONSTANT
 

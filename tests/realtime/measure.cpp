@@ -4,6 +4,8 @@
 //   distance=M      from the camera to the axis that it orbits; half of that to the middle of the scene
 //   degrees=D       per frame; 0.5
 //   clip=N          plays that animation, 60 frames a second, while the camera orbits
+//   emission=F      the first emitting material becomes so much brighter in each moving frame, from the frame `from`
+//                   (0) to the one before `to` (16)
 //   samples=N       of the reference; 1024
 //   reference=FILE  where it is kept: read if it exists, else written
 //   passes=1        prints GPU times of passes, too, and the memory that the first filtered frame adds
@@ -27,6 +29,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "passes/accumulate.h"
@@ -148,6 +151,11 @@ class Measurement {
             m_evaluator.emplace(m_posed);
             m_applier.emplace(m_posed);
         }
+        for (uint32_t i = 0; m_options.contains("emission") && i < data.materials.size(); ++i)
+            if (data.materials[i].emissiveFactor != glm::vec3(0.0f)) {
+                m_emitter = {i, data.materials[i]};
+                break;
+            }
         m_scene.SetScene(std::move(data));
         if (m_options.contains("env"))
             m_scene.SetEnvironmentMap(image::ReadEnvironment(m_options["env"]).image);
@@ -179,6 +187,7 @@ class Measurement {
             passes::TraceSettings settings = passes::FrameSettings(m_extent, view, {}, {});
             settings.sampleIndex = static_cast<uint32_t>(frame);
             Pose(frame);
+            Brighten(frame);
             const auto begin = std::chrono::steady_clock::now();
             Frame(settings);
             if (frame > 1 && frame < kMovingFrames)
@@ -260,7 +269,14 @@ class Measurement {
                                     .seconds = std::min(frame, kMovingFrames - 1) / 60.0};
         m_scene.SetPose(m_posed, *m_applier,
                         m_applier->Apply(m_posed, m_evaluator->Evaluate(m_posed, {&clip, 1})));
-        if (frame < kMovingFrames) m_history.Limit(8);
+        if (frame < kMovingFrames) m_history.NoteChange();
+    }
+    void Brighten(int frame) {
+        if (!m_emitter || frame < std::stoi(Option("from", "0")) || frame >= std::stoi(Option("to", "16")))
+            return;
+        m_emitter->second.emissiveStrength *= std::stof(m_options["emission"]);
+        m_scene.SetMaterial(m_emitter->first, m_emitter->second);
+        m_history.NoteChange();
     }
     void AddGpuTimes(bool counts) {
         for (const FrameTiming& timing : m_renderer.TakeTimings()) {
@@ -389,6 +405,7 @@ class Measurement {
     scene::SceneData m_posed;  // if a clip is played
     std::optional<scene::PoseEvaluator> m_evaluator;
     std::optional<scene::PoseApplier> m_applier;
+    std::optional<std::pair<uint32_t, scene::Material>> m_emitter;
     scene::CameraView m_view;
     passes::RealTimeHistory m_history{"realTime"};
     Picture m_raw, m_filtered, m_reference;

@@ -1,20 +1,16 @@
-// Tests the real-time view: each of its steps by hand-made pictures, and what all of them together promise.
+// Tests the steps of RealTime, each by hand-made pictures, and HandOver.
 #include "passes/real_time.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <random>
 
 #include "passes/accumulate.h"
-#include "passes/scene_bindings.h"
 #include "renderer/graph/pass_harness.h"
 #include "renderer/graph/readback_values.h"
-#include "tests/realtime/room.h"
-#include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing::real_time_test {
@@ -141,6 +137,28 @@ class RealTimeSteps : public VulkanTest {
                        .values;
         deviation.Wait();
         now.deviation = DecodeTexels(deviation.Bytes(), extent, deviation.Format()).values;
+        return now;
+    }
+    // Accumulate where the light is compared with that of the means before.
+    Mean AccumulateChanged(Extent2D extent, const Frame& frame, const Mean& before) {
+        Mean now = before;
+        now.mean = harness
+                       .Run([&](PassHarness& h) {
+                           const TextureId sample =
+                               h.Texture("sample", extent, Format::Rgba32Float, frame.sample);
+                           const passes::SurfaceIds seen = Seen(h, extent, frame);
+                           const passes::MovingMeanIds old{Texture(h, "meanBefore", extent, before.mean),
+                                                           Deviation(h, extent, before.deviation),
+                                                           Surfaces(h, extent, before.surfaces)};
+                           return passes::AccumulateMoving(
+                                      h.Graph(), sample, seen, old,
+                                      {.cameraBefore = Camera(extent),
+                                       .mostBefore = 32,
+                                       .frame = ++m_frame,
+                                       .changes = passes::FindChanges(h.Graph(), sample, seen, old)})
+                               .mean;
+                       })
+                       .values;
         return now;
     }
     Picture Variance(Extent2D extent, const Mean& mean, float dullness = 1.0f) {
@@ -322,6 +340,28 @@ TEST_F(RealTimeSteps, AccumulateMoving_BeyondHalves_IsTheLargestHalf) {
     }
 }
 
+// A lamp that lights the left part is dimmed; samples are as noisy as their mean.
+TEST_F(RealTimeSteps, FindChanges_OldLightIsGoneInFourFramesAndStaysElsewhere) {
+    const Extent2D extent{96, 32};
+    std::mt19937 generator(17);
+    std::exponential_distribution<float> exponential(1.0f);
+    Mean mean{Filled(extent, {2, 2, 2, 32}), std::vector<float>(96 * 32, 2.0f), Filled(extent, kWall)};
+    Frame frame = StillFrame(extent, {});
+    for (int i = 0; i < 4; ++i) {
+        frame.sample =
+            Made(extent, [&](int x, int) { return Gray((x < 32 ? 0.5f : 1.0f) * exponential(generator)); });
+        mean = AccumulateChanged(extent, frame, mean);
+    }
+    double left = 0.0, samplesRight = 0.0;
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 96; ++x) {
+            if (x < 24) left += At(mean.mean, extent, x, y) / (24.0 * 32.0);
+            if (x >= 48) samplesRight += At(mean.mean, extent, x, y, 3) / (48.0 * 32.0);
+        }
+    EXPECT_NEAR(left, 1.0, 0.07);  // it was 2
+    EXPECT_GT(samplesRight, 30.0);
+}
+
 // --- EstimateVariance ---
 
 TEST_F(RealTimeSteps, EstimateVariance_OfManySamples_IsThatOfTheirMean) {
@@ -409,28 +449,34 @@ TEST_F(RealTimeSteps, FilterLevel_Noise_FallsAndKeepsItsMean) {
     EXPECT_LT(error, 0.1);  // it was 1
 }
 
-// Pixels exchange equal parts, however their noise, their brightness and their normals differ.
+// Pixels exchange equal parts, however their noise, their brightness, their normals and, in mirrors, the lengths
+// of their paths differ.
 TEST_F(RealTimeSteps, FilterLevel_LosesNoLight) {
     const Extent2D extent{40, 40};
-    std::mt19937 generator(9);
-    std::exponential_distribution<float> exponential(1.0f);
-    const Picture surfaces = Made(extent, [&](int x, int y) {
-        return Texel{0.02f * static_cast<float>(x % 7), 0, 2.0f + 0.01f * static_cast<float>(y), 2};
-    });
-    Picture picture = Made(extent, [&](int, int) {
-        const float value = std::pow(exponential(generator), 3.0f);
-        return Texel{value, value, value, exponential(generator)};
-    });
     const auto sum = [](const Picture& of) {
         double total = 0.0;
         for (size_t i = 0; i < of.size(); i += 4) total += of[i];
         return total;
     };
-    const double before = sum(picture);
-    for (const int stride : {1, 2, 4}) {
-        const Picture filtered = Filter(extent, picture, surfaces, stride);
-        EXPECT_NEAR(sum(filtered), before, 0.001 * before) << stride;
-        picture = filtered;
+    const float kShown = 3000.0f;
+    for (const float number : {2.0f, kShown}) {
+        std::mt19937 generator(9);
+        std::exponential_distribution<float> exponential(1.0f);
+        const Picture surfaces = Made(extent, [&](int x, int y) {
+            const float slope = number == kShown ? 0.08f : 0.01f;
+            return Texel{0.02f * static_cast<float>(x % 7), 0, 2.0f + slope * static_cast<float>(y), number};
+        });
+        // Brighter with each row, so that an unequal exchange between rows would show
+        Picture picture = Made(extent, [&](int, int y) {
+            const float value = static_cast<float>(y + 1) * std::pow(exponential(generator), 3.0f);
+            return Texel{value, value, value, 20.0f * exponential(generator)};
+        });
+        const double before = sum(picture);
+        for (const int stride : {1, 2, 4}) {
+            const Picture filtered = Filter(extent, picture, surfaces, stride);
+            EXPECT_NEAR(sum(filtered), before, 0.001 * before) << number << " " << stride;
+            picture = filtered;
+        }
     }
 }
 
@@ -521,6 +567,17 @@ TEST_F(RealTimeSteps, WithoutNoise_ThePictureIsTheSample) {
         for (size_t i = 0; i < loop.picture.size(); ++i)
             EXPECT_NEAR(loop.picture[i], i % 4 == 3 ? 64.0f : frame.sample[i], 0.015f * frame.sample[i]);
     }
+}
+
+// Surfaces that a dark mirror shows have a small albedo, black ones none.
+TEST_F(RealTimeSteps, AnyAlbedo_LosesNoLight) {
+    const Extent2D extent{4, 3};
+    Loop loop = Begin(extent);
+    Frame frame = StillFrame(extent, Filled(extent, {0.5f, 2.0f, 3.0f, 1.0f}));
+    frame.albedo = Filled(extent, {0.001f, 0.3f, 0.0f, 1.0f});
+    for (int i = 0; i < 3; ++i) Advance(extent, loop, frame);
+    for (size_t i = 0; i < loop.picture.size(); ++i)
+        EXPECT_NEAR(loop.picture[i], i % 4 == 3 ? 3.0f : frame.sample[i], 4.0f * kRounding * frame.sample[i]);
 }
 
 // Places between pixels are sampled by weights that sum to 1.
@@ -634,122 +691,48 @@ TEST_F(RealTimeSteps, HandOver_WeighsByBothErrors) {
             deviation += (shown[i] - 1.0) * (shown[i] - 1.0) / (double(shown.size()) / 4.0);
         return std::sqrt(deviation);
     };
-    EXPECT_NEAR(show(3.0f, 3), 2.0, 1e-3);   // They are too few: it is the picture
-    EXPECT_LT(show(1.0f, 1), 0.06);          // The mean has an error of .25
-    EXPECT_NEAR(show(3.0f, 0), 0.25, 0.05);  // The picture has one of 2
+    EXPECT_NEAR(show(3.0f, 7), 2.0, 1e-3);   // They are too few: it is the picture
+    EXPECT_LT(show(1.0f, 1), 0.06);          // The mean has an error of .18
+    EXPECT_NEAR(show(3.0f, 0), 0.18, 0.05);  // The picture has one of 2
     EXPECT_LT(show(1.2f, 60), 0.08);         // The mean has one of .06
     accumulation.Reset(passes::ResetCause::Start);
     passes::Release(harness.Graph(), accumulation);
 }
 
-// --- RealTime with a scene ---
-
-namespace {
-
-class RealTimeView : public VulkanTest {
-  protected:
-    RealTimeView() { render.scene.SetScene(Room()); }
-    // A frame, its picture, and the mean of all samples since the accumulation was reset.
-    FloatImage Frame(const passes::TraceSettings& settings, FloatImage* mean = nullptr) {
-        render.renderer.BeginFrame();
-        const SceneIds ids = render.Declare();
-        const TextureId sample = passes::Trace(render.renderer, ids, settings).radiance;
-        const Readback picture =
-            render.renderer.ReadBack(passes::RealTime(render.renderer, ids, settings, sample, history));
-        const Readback reference =
-            render.renderer.ReadBack(passes::Accumulate(render.renderer, sample, accumulation).mean);
-        render.renderer.Execute();
-        picture.Wait();
-        reference.Wait();
-        if (mean != nullptr) *mean = ToFloatImage(reference);
-        FloatImage shown = ToFloatImage(reference);
-        const std::vector<float> values =
-            DecodeTexels(picture.Bytes(), picture.Extent(), picture.Format()).values;
-        std::memcpy(shown.values.data(), values.data(), values.size() * sizeof(float));
-        return shown;
-    }
-    float SamplesAt(const FloatImage& picture, uint32_t x, uint32_t y) { return picture.At(x, y).w; }
-
-    SceneRender render{Device()};
-    passes::RealTimeHistory history{"realTimeTest"};
-    passes::Accumulation accumulation{"realTimeReference"};
-};
-
-}  // namespace
-
-TEST_F(RealTimeView, Still_KeepsTheEnergy) {
-    passes::TraceSettings settings = RoomSettings({48, 32});
-    FloatImage picture, mean;
-    for (settings.sampleIndex = 0; settings.sampleIndex < 64; ++settings.sampleIndex)
-        picture = Frame(settings, &mean);
-    const glm::dvec3 energy = picture.Mean() / mean.Mean();
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(energy[c], 1.0, 0.005);
-    EXPECT_EQ(history.StillFrames(), 63u);
-}
-
-TEST_F(RealTimeView, AnySize_IsFiniteAndLit) {
-    for (const Extent2D extent : {Extent2D{1, 1}, Extent2D{3, 1}, Extent2D{1, 5}, Extent2D{9, 7}}) {
-        passes::TraceSettings settings = RoomSettings(extent);
-        FloatImage picture;
-        for (; settings.sampleIndex < 3; ++settings.sampleIndex) picture = Frame(settings);
-        for (const glm::vec4& texel : picture.values)
-            EXPECT_TRUE(std::isfinite(texel.x + texel.y + texel.z)) << extent.width << "x" << extent.height;
-        EXPECT_GT(picture.Mean().x, 0.01);
-        accumulation.Reset(passes::ResetCause::Resize);
-    }
-}
-
-TEST_F(RealTimeView, OneFrame_HasLessNoiseThanItsSample) {
-    passes::TraceSettings settings = RoomSettings({48, 32});
-    FloatImage mean, sample, unused;
-    for (settings.sampleIndex = 100; settings.sampleIndex < 228; ++settings.sampleIndex)
-        Frame(settings, &mean);
-    accumulation.Reset(passes::ResetCause::Settings);
-    history.Limit(0);
-    settings.sampleIndex = 0;
-    const FloatImage picture = Frame(settings, &sample);
-    const auto error = [&](const FloatImage& image) {
-        double sum = 0.0;
-        for (size_t i = 0; i < image.values.size(); ++i) {
-            const double difference = image.values[i].y - mean.values[i].y;
-            sum += difference * difference / (mean.values[i].y * mean.values[i].y + 0.01);
-        }
-        return sum;
+// A tile of the eighth sample has reached the first rows: only there are enough samples.
+TEST_F(RealTimeSteps, HandOver_TileOfASample_CountsWhereItIs) {
+    const Extent2D extent{13, 21};
+    constexpr uint32_t kRows = 8;
+    passes::Accumulation accumulation("handOverTiles");
+    const auto add = [&](uint32_t rows) {
+        harness.Run([&](PassHarness& h) {
+            const passes::Region region =
+                accumulation.Declared().cursor.Next(extent, uint64_t{extent.width} * rows);
+            const Extent2D size{region.width, region.height};
+            return passes::AccumulateTile(
+                       h.Graph(), h.Texture("tile", size, Format::Rgba32Float, Filled(size, Gray(1.0f))),
+                       extent, region, accumulation, true)
+                .mean;
+        });
     };
-    EXPECT_LT(error(picture), error(sample) / 4.0);
-}
-
-TEST_F(RealTimeView, EveryCause_LimitsTheHistoryAsFarAsItConcernsIt) {
-    passes::TraceSettings settings = RoomSettings({24, 16});
-    const auto settle = [&] {
-        for (int i = 0; i < 6; ++i, ++settings.sampleIndex) Frame(settings);
-        EXPECT_EQ(history.StillFrames(), 5u);
-    };
-    history.Limit(0);
-    settle();
-    settings = RoomSettings({24, 16}, {-0.78f, 0.1f, 0.3f});  // The camera moves: surfaces keep their samples
-    EXPECT_GT(SamplesAt(Frame(settings), 12, 8), 5.0f);
-    EXPECT_EQ(history.StillFrames(), 0u);
-    settings = RoomSettings({24, 16});
-    history.Limit(0);
-    settle();
-    history.Limit(3);
-    EXPECT_EQ(SamplesAt(Frame(settings), 12, 8), 4.0f);
-    history.Limit(0);
-    settle();
-    settings.extent = {25, 17};  // another size
-    EXPECT_EQ(SamplesAt(Frame(settings), 12, 8), 1.0f);
-    EXPECT_EQ(history.StillFrames(), 0u);
-}
-
-TEST_F(RealTimeView, MovedBody_TakesItsHistoryAlong) {
-    passes::TraceSettings settings = RoomSettings({48, 32});
-    for (int i = 0; i < 4; ++i, ++settings.sampleIndex) Frame(settings);
-    render.scene.SetTransform(1, Translation({0.3f, -0.5f, 0.2f}));
-    const FloatImage picture = Frame(settings);
-    float counted = 0.0f;
-    for (const glm::vec4& texel : picture.values) counted += texel.w > 4.0f ? 1.0f : 0.0f;
-    EXPECT_GT(counted, 0.9f * 48.0f * 32.0f);
+    for (int i = 0; i < 7; ++i) add(extent.height);
+    add(kRows);
+    ASSERT_EQ(accumulation.Declared().cursor.Y(), kRows);
+    const Picture shown =
+        harness
+            .Run([&](PassHarness& h) {
+                return passes::HandOver(h.Graph(), Texture(h, "picture", extent, Filled(extent, Gray(7.0f))),
+                                        passes::StoredAccumulation(h.Graph(), accumulation, extent, true),
+                                        accumulation.Declared());
+            })
+            .values;
+    for (int y = 0; y < 21; ++y)
+        for (int x = 0; x < 13; ++x)
+            if (y < 4 || y >= 8) {
+                EXPECT_NEAR(At(shown, extent, x, y), y < 4 ? 1.0f : 7.0f, 0.01f) << x << " " << y;
+            }
+    accumulation.Reset(passes::ResetCause::Start);
+    passes::Release(harness.Graph(), accumulation);
 }
 
 }  // namespace raygraph::testing::real_time_test

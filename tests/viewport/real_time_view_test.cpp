@@ -43,6 +43,14 @@ TEST_F(ViewportRealTime, Settled_AccumulatesAndFiltersNoMore) {
     viewed.RenderFrames(3);
     EXPECT_EQ(viewed.Samples(), 3u);
     EXPECT_EQ(viewed.renderer.DescribePlan().find("TraceSurfaces"), std::string::npos);
+    const auto isBlended = [&] {
+        const std::string plan = viewed.renderer.DescribePlan();
+        return plan.find("HandOver") < plan.find("\nculled\n");
+    };
+    EXPECT_TRUE(isBlended());
+    viewed.viewport.SetBudget({.maxSamples = viewed.Samples()});
+    viewed.RenderFrames(1);
+    EXPECT_FALSE(isBlended()) << "there is no new sample";
 }
 
 TEST_F(ViewportRealTime, Settled_BecomesThePathTracedPictureWithoutAJump) {
