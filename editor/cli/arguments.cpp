@@ -248,13 +248,15 @@ CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
             *verify, name, "X", Text("{} ({})", help, only.tolerance.*field),
             [&only, field](const std::string& text) { only.tolerance.*field = ParseNumber(text, 0.0, 1e6); });
     };
-    limit("--tolerance",
-          "Relative error that is allowed beyond noise, of tiles of 16 x 16 pixels and of pixels",
+    limit("--tolerance", "Relative error that is allowed beyond noise, of tiles and of pixels",
           &Tolerance::relative);
     limit("--bad-tiles", "Share of the tiles that may be beyond it", &Tolerance::tiles);
     limit("--bad-pixels", "Share of the pixels that may be beyond it", &Tolerance::pixels);
     limit("--energy", "Relative error of the mean of the picture that is allowed beyond noise",
           &Tolerance::energy);
+    limit("--parts",
+          "Relative error that is allowed beyond noise of a part of the light, of an object or a material",
+          &Tolerance::parts);
     limit("--flip", "Mean FLIP that is allowed above what noise explains", &Tolerance::flip);
     limit("--ssim", "By how much the SSIM may be below what noise explains", &Tolerance::ssim);
     AddOption(

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <string>
 #include <thread>
 
 #include "base/files.h"
@@ -31,6 +32,32 @@ namespace {
 // Is what an accepted difference is of (Verify::Key).
 constexpr const char* kAttributeReference = "raygraph.reference";
 
+std::string ForShell(const std::string& text) {
+    constexpr std::string_view kPlain = "+,-./:=@_%";
+    const bool isPlain = !text.empty() && std::ranges::all_of(text, [&](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               kPlain.find(c) != kPlain.npos;
+    });
+    if (isPlain) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+// Returns the command that explains the reference, but for the pixel.
+std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& settings) {
+    std::string command = "raygraph explain " + ForShell(one.scene.string());
+    if (!one.root.empty()) command += " --root " + ForShell(one.root.string());
+    if (!one.environment.empty()) command += " --env " + ForShell(one.environment.string());
+    SettingTexts texts = one.given;
+    // The light is not divided into groups there, and pixels are those of the whole picture
+    for (const char* name : {"light-group", "crop", "view"}) texts.erase(name);
+    texts["size"] = ToText(settings.size);
+    if (settings.paths.seed == 0) texts["seed"] = std::to_string(kReferenceSeed);
+    for (const auto& [name, text] : texts) command += " --" + name + " " + ForShell(text);
+    return command;
+}
+
 class VerifyRun {
   public:
     VerifyRun(const VerifyArguments& arguments, Console& console, rhi::Device& device)
@@ -48,7 +75,7 @@ class VerifyRun {
                 for (float& value : picture.radiance) value = 2.0f * value - 1.0f;
                 picture.white = std::numeric_limits<float>::infinity();
             }
-            verified.push_back({one.scene.string(), std::move(picture), {}, {}, false});
+            verified.push_back({.scene = one.scene.string(), .picture = std::move(picture), .result = {}});
         }
         PictureSettings settings = SettingsFrom(one.given);
         if (!one.given.contains("size")) settings.size = verified.front().picture.size;
@@ -69,6 +96,11 @@ class VerifyRun {
         CheckOptions options{.regions = one.regions};
         if (!one.mask.empty()) options.mask = ReadPicture(one.mask, {}, m_log).radiance;
         for (VerifiedPicture& picture : verified) {
+            if (settings.view == View::PathTraced) {
+                picture.explain = ExplainCommandFor(one, settings);
+                picture.originX = RenderedPart(settings).x;
+                picture.originY = RenderedPart(settings).y;
+            }
             const std::filesystem::path stored = AcceptedFile(one, picture);
             options.accepted = ReadAccepted(stored, verify.Key());
             picture.result = verify.Check(picture.picture, options);

@@ -135,14 +135,14 @@ std::string Tables(const VerifiedPicture& verified) {
         html += tiles.Html();
     }
     if (!verdict.worstPixels.empty() && !verdict.isRight) {
-        Table pixels({"worst pixels", "reference", "picture", "of the bound"});
+        Table pixels({"worst pixels", "reference", "picture", "of the bound", "why the reference is so"});
         const auto color = [](const std::array<float, 3>& c) {
             return Text("{:.3g} {:.3g} {:.3g}", c[0], c[1], c[2]);
         };
         for (size_t i = 0; i < std::min<size_t>(verdict.worstPixels.size(), 8); ++i) {
             const session::VerdictPixel& pixel = verdict.worstPixels[i];
             pixels.Row({Text("{}, {}", pixel.x, pixel.y), color(pixel.reference), color(pixel.picture),
-                        Text("{:.1f} times", pixel.excess)});
+                        Text("{:.1f} times", pixel.excess), ExplainCommandOf(verified, pixel)});
         }
         html += pixels.Html();
     }

@@ -39,6 +39,17 @@ Json PictureJson(const VerifiedPicture& verified) {
                                       {"text", hypothesis.text},
                                       {"explained", hypothesis.explained},
                                       {"amount", hypothesis.amount}});
+    json["projections"] = Json::array();
+    for (const session::Projection& projection : verdict.projections) {
+        constexpr size_t kMost = 16;
+        if (projection.error <= 0.0 || json["projections"].size() == kMost) break;
+        json["projections"].push_back({{"kind", projection.kind},
+                                       {"name", projection.name},
+                                       {"part", projection.part},
+                                       {"amount", projection.amount},
+                                       {"z", projection.z},
+                                       {"error", projection.error}});
+    }
     json["parts"] = Json::array();
     for (const session::PartFit& part : verified.result.diagnosis.parts)
         json["parts"].push_back({{"kind", part.kind},
@@ -68,7 +79,8 @@ Json PictureJson(const VerifiedPicture& verified) {
                                         {"y", pixel.y},
                                         {"excess", pixel.excess},
                                         {"reference", pixel.reference},
-                                        {"picture", pixel.picture}});
+                                        {"picture", pixel.picture},
+                                        {"explain", ExplainCommandOf(verified, pixel)}});
     return json;
 }
 
@@ -83,10 +95,16 @@ std::vector<session::VerdictTile> WorstTiles(const session::Verdict& verdict) {
     return tiles;
 }
 
+std::string ExplainCommandOf(const VerifiedPicture& verified, const session::VerdictPixel& pixel) {
+    if (verified.explain.empty()) return {};
+    return Text("{} --pixel {},{}", verified.explain, verified.originX + pixel.x, verified.originY + pixel.y);
+}
+
 std::string CheckText(const session::VerdictCheck& check) {
     if (check.name == "ssim") return Text("ssim {:.3f}, at least {:.3f}", check.value, check.limit);
     if (check.name == "flip") return Text("flip {:.3f}, at most {:.3f}", check.value, check.limit);
-    return Text("{} {:.2f} %, at most {:.2f} %", check.name, 100.0 * check.value, 100.0 * check.limit);
+    return Text("{} {:.2f} %, at most {:.2f} %{}{}", check.name, 100.0 * check.value, 100.0 * check.limit,
+                check.where.empty() ? "" : ": ", check.where);
 }
 
 std::string DescribeVerdict(const VerifiedPicture& verified) {

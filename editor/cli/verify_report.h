@@ -21,6 +21,10 @@ struct VerifiedPicture {
     session::VerifyResult result;
     ReportPictures shown = {};  // for VerifyHtml; empty: not made
     bool isAccepted = false;    // its difference has been stored as accepted
+    // The command that explains a pixel of the reference, but for its --pixel; "": none does. Its pixels
+    // begin at `origin`.
+    std::string explain = {};
+    uint32_t originX = 0, originY = 0;
 };
 
 // Returns a line with the verdict, and one for each check that failed.
@@ -29,6 +33,8 @@ std::string VerifyJson(const std::vector<VerifiedPicture>& pictures);
 
 // Returns the tiles that are beyond their bounds most, worst first, at most 8.
 std::vector<session::VerdictTile> WorstTiles(const session::Verdict& verdict);
+// Returns the command that explains a pixel of the reference, for a shell; "": none does.
+std::string ExplainCommandOf(const VerifiedPicture& verified, const session::VerdictPixel& pixel);
 // Returns "tiles 12.50 %, at most 1.00 %".
 std::string CheckText(const session::VerdictCheck& check);
 

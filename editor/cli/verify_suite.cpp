@@ -118,7 +118,8 @@ class SuiteReader {
     static void TakeTolerance(Tolerance& into, const std::string& name, const SuiteJson& number) {
         constexpr std::pair<const char*, double Tolerance::*> kFields[] = {
             {"relative", &Tolerance::relative}, {"tiles", &Tolerance::tiles}, {"pixels", &Tolerance::pixels},
-            {"energy", &Tolerance::energy},     {"flip", &Tolerance::flip},   {"ssim", &Tolerance::ssim}};
+            {"energy", &Tolerance::energy},     {"parts", &Tolerance::parts}, {"flip", &Tolerance::flip},
+            {"ssim", &Tolerance::ssim}};
         for (const auto& [field, member] : kFields) {
             if (name != field) continue;
             into.*member = number.get<double>();

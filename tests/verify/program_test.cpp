@@ -76,7 +76,8 @@ TEST(ProgramVerify, List_HasTolerancesRegionsAndAcceptedDifferences) {
     const nlohmann::json report = Json(folder / "report.json");
     EXPECT_TRUE(report.at("pictures").at(0).at("right").get<bool>());
     EXPECT_FALSE(report["pictures"].at(1).at("right").get<bool>());
-    const std::string wide = R"(, "tolerance": {"relative": 1e5, "energy": 1e5, "flip": 1, "ssim": 2})";
+    const std::string wide =
+        R"(, "tolerance": {"relative": 1e5, "energy": 1e5, "parts": 1e5, "flip": 1, "ssim": 2})";
     EXPECT_EQ(verify(wide).exitCode, 0);
     const ProgramResult ignored = verify(R"(, "regions": ["object:*=ignore"])");
     EXPECT_EQ(ignored.exitCode, 4) << ignored.messages;

@@ -16,54 +16,41 @@ namespace raygraph::session {
 namespace {
 
 constexpr uint32_t kSamples = 32;
-constexpr uint64_t kLeastPixels = 4096;
+constexpr uint64_t kMostPixels = 4096;
 constexpr size_t kMostHidden = 12;
 
-// Returns by how much both sides are divided.
-uint32_t DivisorFor(Extent2D size) {
-    uint32_t best = 1;
-    for (uint32_t divisor = 2; divisor <= 16; ++divisor)
-        if (size.width % divisor == 0 && size.height % divisor == 0 &&
-            PixelCount(size) / (uint64_t{divisor} * divisor) >= kLeastPixels)
-            best = divisor;
-    return best;
-}
-
-Texels Averaged(const Texels& texels, Extent2D size, uint32_t divisor) {
-    const uint32_t width = size.width / divisor, height = size.height / divisor;
-    Texels means(size_t{4} * width * height, 0.0f);
-    const float share = 1.0f / float(divisor * divisor);
-    for (uint32_t y = 0; y < size.height; ++y)
-        for (uint32_t x = 0; x < size.width; ++x)
-            for (size_t c = 0; c < 4; ++c)
-                means[4 * (size_t{y / divisor} * width + x / divisor) + c] +=
-                    share * texels[4 * (size_t{y} * size.width + x) + c];
-    return means;
+// Returns a size of about kMostPixels, if there are more, of the same proportions.
+Extent2D SmallSizeOf(Extent2D size) {
+    const double scale = std::min(std::sqrt(double(kMostPixels) / double(PixelCount(size))), 1.0);
+    const auto scaled = [&](uint32_t side) {
+        return std::max(static_cast<uint32_t>(std::lround(scale * side)), 1u);
+    };
+    return {scaled(size.width), scaled(size.height)};
 }
 
 class Small {
   public:
     Small(rhi::Device& device, const AlternativesRequest& request)
-        : m_request(request), m_divisor(DivisorFor(request.picture.size)) {
-        const Extent2D size = request.picture.size;
-        m_size = {size.width / m_divisor, size.height / m_divisor};
+        : m_request(request), m_size(SmallSizeOf(request.picture.size)) {
+        m_counts.assign(PixelCount(m_size), 0.0f);
+        for (size_t pixel = 0; pixel < PixelCount(request.picture.size); ++pixel) ++m_counts[Of(pixel)];
         PictureSettings settings = request.settings;
         settings.size = m_size;
         settings.lightGroups.clear();
+        // This roulette needs a frame for each sample
+        if (settings.paths.roulette.kind == Roulette::Frame) settings.paths.roulette = {};
         SceneInput input = request.input;
         m_scene.emplace(device, input, settings);
         m_reference.size = m_picture.size = m_size;
         // Where one picture cannot tell values apart, neither can their means
-        m_reference.radiance =
-            Averaged(CutAt(request.reference.radiance, request.picture.white), size, m_divisor);
-        m_picture.radiance =
-            Averaged(CutAt(request.picture.radiance, request.picture.white), size, m_divisor);
+        m_reference.radiance = Averaged(CutAt(request.reference.radiance, request.picture.white));
+        m_picture.radiance = Averaged(CutAt(request.picture.radiance, request.picture.white));
         m_picture.white = request.picture.white;
-        Texels noise = Averaged(request.noise, size, m_divisor);
-        for (float& variance : noise) variance /= float(m_divisor * m_divisor);
+        Texels noise = Averaged(request.noise);
+        for (size_t i = 0; i < noise.size(); ++i) noise[i] /= m_counts[i / 4];
         std::vector<float> relative;
         if (!request.relative.empty()) {
-            relative.assign(size_t{m_size.width} * m_size.height, 0.0f);
+            relative.assign(m_counts.size(), 0.0f);
             for (size_t pixel = 0; pixel < request.relative.size(); ++pixel) {
                 float& of = relative[Of(pixel)];
                 of = std::max(of, request.relative[pixel]);
@@ -77,8 +64,9 @@ class Small {
     GpuScene& Scene() { return m_scene->Scene(); }
     // Returns the pixel of a small picture that holds one of the picture.
     size_t Of(size_t pixel) const {
-        const uint32_t width = m_request.picture.size.width;
-        return (pixel / width / m_divisor) * m_size.width + pixel % width / m_divisor;
+        const Extent2D size = m_request.picture.size;
+        const size_t x = pixel % size.width, y = pixel / size.width;
+        return y * m_size.height / size.height * m_size.width + x * m_size.width / size.width;
     }
     // Returns the reference with what has changed in the scene.
     Texels Changed() {
@@ -89,6 +77,12 @@ class Small {
     bool IsStopped() const { return m_request.isStopRequested && m_request.isStopRequested(); }
 
   private:
+    Texels Averaged(const Texels& texels) const {
+        Texels means(4 * m_counts.size(), 0.0f);
+        for (size_t i = 0; i < texels.size(); ++i) means[4 * Of(i / 4) + i % 4] += texels[i];
+        for (size_t i = 0; i < means.size(); ++i) means[i] /= m_counts[i / 4];
+        return means;
+    }
     // Traces all samples in one frame.
     Texels Render() {
         Renderer& renderer = m_scene->GraphRenderer();
@@ -109,8 +103,8 @@ class Small {
     }
 
     const AlternativesRequest& m_request;
-    uint32_t m_divisor;
     Extent2D m_size;
+    std::vector<float> m_counts;  // of the pixels of the picture in each of a small one
     std::optional<DeviceScene> m_scene;
     Picture m_reference, m_picture;
     std::optional<Residual> m_residual;

@@ -23,8 +23,8 @@ struct AlternativesRequest {
 };
 
 // Adds what such pictures explain to the diagnosis, and ranks it. All are of 32 samples a pixel with the same
-// random numbers as one of the scene as it is, so that their differences have little noise, and of an equal
-// part of the pixels on each side, at least 4096 in all. The picture is averaged to their size.
+// random numbers as one of the scene as it is, so that their differences have little noise, and of about 4096
+// pixels at most. The picture is averaged to their size.
 RAYGRAPH_API void WeighAlternatives(Diagnosis& diagnosis, rhi::Device& device,
                                     const AlternativesRequest& request);
 

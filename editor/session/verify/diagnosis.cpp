@@ -347,6 +347,13 @@ class Diagnosing {
             };
             const int ix = static_cast<int>(std::floor(-dx)), iy = static_cast<int>(std::floor(-dy));
             const std::array<double, 4> wx = weights(-dx - ix), wy = weights(-dy - iy);
+            // Between pixels, the reference has less noise
+            double squaresX = 0.0, squaresY = 0.0;
+            for (size_t i = 0; i < 4; ++i) {
+                squaresX += wx[i] * wx[i];
+                squaresY += wy[i] * wy[i];
+            }
+            const double lost = 1.0 - squaresX * squaresY;
             double moved = 0.0, still = 0.0;
             for (int pixel = 0; pixel < width * height; pixel += stride) {
                 const int x = pixel % width, y = pixel / width;
@@ -365,7 +372,7 @@ class Diagnosing {
                         }
                     const double e = m_residual.PictureRadiance()[i] - value,
                                  before = m_residual.Difference(i);
-                    moved += weight * e * e;
+                    moved += weight * e * e + lost * m_residual.ReferenceNoiseAt(i);
                     still += weight * before * before;
                 }
             }
@@ -410,6 +417,7 @@ Residual::Residual(const Picture& reference, const Picture& picture, const Texel
     const float white = std::min(reference.white, picture.white);
     m_reference = CutAt(reference.radiance, white);
     m_picture = CutAt(picture.radiance, white);
+    m_referenceNoise = reference.variance;
     m_weights.assign(m_picture.size(), 0.0f);
     const size_t pixels = m_picture.size() / 4;
     double luminance = 0.0;
@@ -475,20 +483,6 @@ double Residual::LeftBy(const Texels& prediction) const {
         left += m_weights[i] * e * e;
     }
     return left;
-}
-
-SceneNames NamesOf(const scene::SceneData& scene) {
-    SceneNames names;
-    for (size_t i = 0; i < scene.instances.size(); ++i) {
-        const scene::Instance& instance = scene.instances[i];
-        std::string name = instance.node != scene::kNone ? scene.nodes[instance.node].name : std::string();
-        if (name.empty()) name = scene.meshes[instance.mesh].name;
-        names.instances.push_back(name.empty() ? std::to_string(i) : name);
-    }
-    for (size_t i = 0; i < scene.materials.size(); ++i)
-        names.materials.push_back(scene.materials[i].name.empty() ? std::to_string(i)
-                                                                  : scene.materials[i].name);
-    return names;
 }
 
 std::vector<LightPart> PartsOf(const RenderFile& render) {

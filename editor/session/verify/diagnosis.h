@@ -52,12 +52,6 @@ struct LightPart {
     const Texels* radiance;
 };
 
-// Names of the scene that ids of AOVs stand for.
-struct SceneNames {
-    std::vector<std::string> instances, materials;  // by index; "" becomes a number
-};
-RAYGRAPH_API SceneNames NamesOf(const scene::SceneData& scene);
-
 // A picture that the scene would give if something were otherwise, as the host's mistake may be.
 struct Alternative {
     std::string kind, name, text;
@@ -80,8 +74,11 @@ class RAYGRAPH_API Residual {
     float Difference(size_t i) const { return m_picture[i] - m_reference[i]; }
     const Texels& Reference() const { return m_reference; }
     const Texels& PictureRadiance() const { return m_picture; }
-    // Returns what noise is expected to add to the squares.
+    // Return what noise is expected to add to the squares: all of it, and that of the reference.
     double NoiseAt(size_t i) const { return m_noiseScale * m_weights[i] * m_noise[i]; }
+    double ReferenceNoiseAt(size_t i) const {
+        return m_referenceNoise.empty() ? 0.0 : m_noiseScale * m_weights[i] * m_referenceNoise[i];
+    }
     double Squares() const { return m_squares; }  // of all weighted differences
     double Signal() const { return m_signal; }    // the same, noise excluded
     size_t Count() const { return m_count; }      // of values that count
@@ -92,7 +89,7 @@ class RAYGRAPH_API Residual {
 
   private:
     Extent2D m_size;
-    Texels m_reference, m_picture, m_weights, m_noise;
+    Texels m_reference, m_picture, m_weights, m_noise, m_referenceNoise;
     // Estimates the noise that there is, as a share of the stated one, which is that of independent samples:
     // from differences of neighbors along both axes, which keep all of the noise and little of a mistake.
     double NoiseScale() const;

@@ -7,6 +7,8 @@
 
 #include "base/text.h"
 #include "editor/session/settings/parse.h"
+#include "editor/session/verify/compared.h"
+#include "editor/session/verify/projections.h"
 
 namespace raygraph::session {
 
@@ -14,17 +16,6 @@ namespace {
 
 constexpr double kPixelDeviations = 4.0, kMeanDeviations = 4.0;
 constexpr size_t kWorstPixels = 16;
-
-// Returns k for which |z| <= k holds for all of `count` normal numbers with probability 1 - significance.
-double SidakDeviations(size_t count, double significance) {
-    const double ofOne = -std::expm1(std::log1p(-significance) / double(std::max<size_t>(count, 1)));
-    double low = 0.0, high = 40.0;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = 0.5 * (low + high);
-        (std::erfc(middle / std::numbers::sqrt2) > ofOne ? low : high) = middle;
-    }
-    return high;
-}
 
 // Returns the mean over 5 x 5 pixels around each, of those in the picture.
 Texels BoxMeans(const Texels& texels, Extent2D size) {
@@ -67,107 +58,113 @@ float NormalAt(uint64_t index) {
     return static_cast<float>(std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v));
 }
 
-// Holds both pictures, cut where the picture is, and the bounds that each pixel has.
-struct Compared {
-    Extent2D size;
-    Texels reference, picture;     // pixels that do not count are those of the reference in both
-    Texels referenceNoise, noise;  // variances, of the reference and of the picture
-    std::vector<float> relative;   // of each pixel; infinity: it does not count
-    double floor = 0.0;            // a twentieth of the mean luminance
-    size_t counted = 0;
-
-    bool Counts(size_t pixel) const { return std::isfinite(relative[pixel]); }
-    // Returns what the relative error of a channel of a pixel is over.
-    double Scale(size_t pixel, size_t channel) const {
-        const float* texel = &reference[4 * pixel];
-        return std::max({std::abs(double{texel[channel]}), 0.25 * std::abs(LuminanceOf(texel)), floor});
-    }
-};
-
 struct Failures {
     double tiles = 0.0, pixels = 0.0, energy = 0.0;  // shares, and the relative error beyond the noise
 };
 
-// Judges tiles, pixels and the mean; `noiseShare` is the share of the reference's noise that counts.
-Failures Evaluate(const Compared& all, double noiseShare, Verdict* verdict) {
-    const Extent2D size = all.size;
-    const uint32_t columns = (size.width + kVerifyTile - 1) / kVerifyTile,
-                   rows = (size.height + kVerifyTile - 1) / kVerifyTile;
-    const double deviations = SidakDeviations(size_t{3} * columns * rows, 0.01);
-    Failures failures;
-    size_t tileCount = 0;
-    std::array<double, 3> difference{}, variance{}, reference{};
-    std::vector<VerdictPixel> worst;
-    for (uint32_t row = 0; row < rows; ++row)
-        for (uint32_t column = 0; column < columns; ++column) {
-            VerdictTile tile{.x = column * kVerifyTile, .y = row * kVerifyTile};
-            tile.width = std::min(kVerifyTile, size.width - tile.x);
-            tile.height = std::min(kVerifyTile, size.height - tile.y);
-            std::array<double, 3> sum{}, noise{}, bound{}, scale{};
-            size_t count = 0;
-            VerdictPixel ofTile;
-            for (uint32_t y = tile.y; y < tile.y + tile.height; ++y)
-                for (uint32_t x = tile.x; x < tile.x + tile.width; ++x) {
-                    const size_t pixel = size_t{y} * size.width + x;
-                    if (!all.Counts(pixel)) continue;
-                    ++count;
-                    double excess = 0.0;
-                    for (size_t c = 0; c < 3; ++c) {
-                        const size_t i = 4 * pixel + c;
-                        const double d = double{all.picture[i]} - all.reference[i];
-                        const double v = all.noise[i] + noiseShare * all.referenceNoise[i];
-                        const double s = all.Scale(pixel, c), allowed = all.relative[pixel] * s;
-                        sum[c] += d;
-                        noise[c] += v;
-                        bound[c] += allowed;
-                        scale[c] += s;
-                        reference[c] += all.reference[i];
-                        excess = std::max(excess, std::abs(d) / (allowed + kPixelDeviations * std::sqrt(v) +
-                                                                 std::numeric_limits<double>::min()));
-                    }
-                    if (excess > 1.0) failures.pixels += 1.0;
-                    if (excess > ofTile.excess) ofTile = {.x = x, .y = y, .excess = excess};
+// Judges tiles, pixels and the mean.
+class Judging {
+  public:
+    // `noiseShare` is the share of the reference's noise that counts.
+    Judging(const Compared& all, double noiseShare) : m_all(all), m_noiseShare(noiseShare) {
+        size_t tiles = 0;
+        for (const uint32_t side : kVerifyTiles)
+            tiles += size_t{(all.size.width + side - 1) / side} * ((all.size.height + side - 1) / side);
+        m_deviations = SidakDeviations(3 * tiles, 0.01);
+    }
+
+    Failures Run(Verdict* verdict) {
+        for (const uint32_t side : kVerifyTiles) {
+            const bool isFirst = side == kVerifyTiles.front();
+            size_t tiles = 0, beyond = 0;
+            for (uint32_t y = 0; y < m_all.size.height; y += side)
+                for (uint32_t x = 0; x < m_all.size.width; x += side) {
+                    VerdictTile tile{.x = x, .y = y};
+                    tile.width = std::min(side, m_all.size.width - x);
+                    tile.height = std::min(side, m_all.size.height - y);
+                    if (!JudgeTile(tile, isFirst)) continue;
+                    ++tiles;
+                    beyond += tile.excess > 1.0;
+                    if (verdict != nullptr) verdict->tiles.push_back(tile);
                 }
-            if (count == 0) continue;
-            ++tileCount;
-            for (size_t c = 0; c < 3; ++c) {
-                difference[c] += sum[c];
-                variance[c] += noise[c];
-                const double deviation = std::sqrt(noise[c]);
-                const double excess = std::abs(sum[c]) / (bound[c] + deviations * deviation +
-                                                          std::numeric_limits<double>::min());
-                if (excess <= tile.excess) continue;
-                tile.excess = excess;
-                tile.relativeError = scale[c] > 0.0 ? sum[c] / scale[c] : 0.0;
-                tile.z = deviation > 0.0 ? sum[c] / deviation : 0.0;
-            }
-            if (tile.excess > 1.0) failures.tiles += 1.0;
-            if (verdict != nullptr) {
-                verdict->tiles.push_back(tile);
-                if (ofTile.excess > 0.0) worst.push_back(ofTile);
-            }
+            m_failures.tiles =
+                std::max(m_failures.tiles, double(beyond) / double(std::max<size_t>(tiles, 1)));
         }
-    failures.tiles /= double(std::max<size_t>(tileCount, 1));
-    failures.pixels /= double(std::max<size_t>(all.counted, 1));
-    const double luminance = 0.2126 * reference[0] + 0.7152 * reference[1] + 0.0722 * reference[2];
-    for (size_t c = 0; c < 3; ++c) {
-        const double beyond = std::abs(difference[c]) - kMeanDeviations * std::sqrt(variance[c]);
-        const double over = std::max({reference[c], 0.25 * luminance, all.floor * double(all.counted)});
-        if (beyond > 0.0) failures.energy = std::max(failures.energy, over > 0.0 ? beyond / over : 1.0);
+        m_failures.pixels /= double(std::max<size_t>(m_all.counted, 1));
+        const double luminance = 0.2126 * m_reference[0] + 0.7152 * m_reference[1] + 0.0722 * m_reference[2];
+        for (size_t c = 0; c < 3; ++c) {
+            const double beyond = std::abs(m_difference[c]) - kMeanDeviations * std::sqrt(m_variance[c]);
+            const double over =
+                std::max({m_reference[c], 0.25 * luminance, m_all.floor * double(m_all.counted)});
+            if (beyond > 0.0)
+                m_failures.energy = std::max(m_failures.energy, over > 0.0 ? beyond / over : 1.0);
+        }
+        if (verdict != nullptr) verdict->worstPixels = WorstPixels();
+        return m_failures;
     }
-    if (verdict != nullptr) {
-        std::ranges::sort(worst, std::greater{}, &VerdictPixel::excess);
-        if (worst.size() > kWorstPixels) worst.resize(kWorstPixels);
-        for (VerdictPixel& pixel : worst)
-            for (size_t c = 0; c < 3; ++c) {
-                const size_t i = 4 * (size_t{pixel.y} * size.width + pixel.x) + c;
-                pixel.reference[c] = all.reference[i];
-                pixel.picture[c] = all.picture[i];
+
+  private:
+    // Returns whether a pixel of it counts. Each pixel is to be counted once.
+    bool JudgeTile(VerdictTile& tile, bool isCountingPixels) {
+        std::array<double, 3> sum{}, noise{}, bound{}, scale{};
+        size_t count = 0;
+        VerdictPixel worst;
+        for (uint32_t y = tile.y; y < tile.y + tile.height; ++y)
+            for (uint32_t x = tile.x; x < tile.x + tile.width; ++x) {
+                const size_t pixel = size_t{y} * m_all.size.width + x;
+                if (!m_all.Counts(pixel)) continue;
+                ++count;
+                double excess = 0.0;
+                for (size_t c = 0; c < 3; ++c) {
+                    const size_t i = 4 * pixel + c;
+                    const double d = double{m_all.picture[i]} - m_all.reference[i];
+                    const double v = m_all.noise[i] + m_noiseShare * m_all.referenceNoise[i];
+                    const double s = m_all.Scale(pixel, c), allowed = m_all.relative[pixel] * s;
+                    sum[c] += d;
+                    noise[c] += v;
+                    bound[c] += allowed;
+                    scale[c] += s;
+                    if (!isCountingPixels) continue;
+                    m_difference[c] += d;
+                    m_variance[c] += v;
+                    m_reference[c] += m_all.reference[i];
+                    excess = std::max(excess, std::abs(d) / (allowed + kPixelDeviations * std::sqrt(v) +
+                                                             std::numeric_limits<double>::min()));
+                }
+                if (excess > 1.0) m_failures.pixels += 1.0;
+                if (excess > worst.excess) worst = {.x = x, .y = y, .excess = excess};
             }
-        verdict->worstPixels = std::move(worst);
+        for (size_t c = 0; c < 3; ++c) {
+            const double deviation = std::sqrt(noise[c]);
+            const double excess =
+                std::abs(sum[c]) / (bound[c] + m_deviations * deviation + std::numeric_limits<double>::min());
+            if (excess <= tile.excess) continue;
+            tile.excess = excess;
+            tile.relativeError = scale[c] > 0.0 ? sum[c] / scale[c] : 0.0;
+            tile.z = deviation > 0.0 ? sum[c] / deviation : 0.0;
+        }
+        if (worst.excess > 0.0) m_worst.push_back(worst);
+        return count > 0;
     }
-    return failures;
-}
+
+    std::vector<VerdictPixel> WorstPixels() {
+        std::ranges::sort(m_worst, std::greater{}, &VerdictPixel::excess);
+        if (m_worst.size() > kWorstPixels) m_worst.resize(kWorstPixels);
+        for (VerdictPixel& pixel : m_worst)
+            for (size_t c = 0; c < 3; ++c) {
+                const size_t i = 4 * (size_t{pixel.y} * m_all.size.width + pixel.x) + c;
+                pixel.reference[c] = m_all.reference[i];
+                pixel.picture[c] = m_all.picture[i];
+            }
+        return std::move(m_worst);
+    }
+
+    const Compared& m_all;
+    double m_noiseShare, m_deviations;
+    Failures m_failures;
+    std::array<double, 3> m_difference{}, m_variance{}, m_reference{};  // sums over the picture
+    std::vector<VerdictPixel> m_worst;                                  // of each tile of the first size
+};
 
 Compared Prepare(const Picture& picture, const JudgedAgainst& against, bool& isEstimated) {
     const Picture& reference = against.reference;
@@ -192,6 +189,10 @@ Compared Prepare(const Picture& picture, const JudgedAgainst& against, bool& isE
                         Printable(picture.name, 1024));
     all.floor = luminance / (20.0 * double(all.counted));
     all.noise = NoiseOf(picture, reference, isEstimated);
+    all.ownNoise = isEstimated ? all.noise : picture.variance;
+    all.noiseRatio = picture.samples > 0 ? float(reference.samples) / float(picture.samples) : 0.0f;
+    all.ownReferenceNoise = reference.variance;
+    all.ownReferenceNoise.resize(4 * count, 0.0f);
     all.referenceNoise = reference.variance.empty() ? Texels(4 * count, 0.0f)
                                                     : AtLeastAround(reference.variance, picture.size);
     return all;
@@ -218,12 +219,13 @@ Texels NoiseOf(const Picture& picture, const Picture& reference, bool& isEstimat
             const size_t i = 4 * (size_t{y} * width + x) + c;
             return std::min(picture.radiance[i], white) - std::min(reference.radiance[i], white);
         };
+        constexpr uint32_t kSide = kVerifyTiles.front();
         std::vector<float> sizes;
-        for (uint32_t top = 0; top < height; top += kVerifyTile)
-            for (uint32_t left = 0; left < width; left += kVerifyTile)
+        for (uint32_t top = 0; top < height; top += kSide)
+            for (uint32_t left = 0; left < width; left += kSide)
                 for (size_t c = 0; c < 3; ++c) {
-                    const uint32_t right = std::min(left + kVerifyTile, width),
-                                   bottom = std::min(top + kVerifyTile, height);
+                    const uint32_t right = std::min(left + kSide, width),
+                                   bottom = std::min(top + kSide, height);
                     sizes.clear();
                     double known = 0.0;
                     for (uint32_t y = top; y + 1 < bottom; ++y)
@@ -261,7 +263,7 @@ Verdict Judge(Renderer& renderer, const Picture& picture, const JudgedAgainst& a
                 std::copy_n(&against.reference.radiance[4 * pixel], 4, &counted.radiance[4 * pixel]);
     verdict.difference = Difference(renderer, against.reference, counted, against.exposureEv);
     const Compared all = Prepare(picture, against, verdict.isNoiseEstimated);
-    const Failures failures = Evaluate(all, 1.0, &verdict), withoutNoise = Evaluate(all, 0.0, nullptr);
+    const Failures failures = Judging(all, 1.0).Run(&verdict), withoutNoise = Judging(all, 0.0).Run(nullptr);
 
     Texels noisy = all.reference;
     for (size_t i = 0; i < noisy.size(); ++i)
@@ -284,11 +286,19 @@ Verdict Judge(Renderer& renderer, const Picture& picture, const JudgedAgainst& a
     const double leastSsim = verdict.ssimOfNoise - tolerance.ssim;
     verdict.checks.push_back(
         {"ssim", verdict.difference.ssim, leastSsim, verdict.difference.ssim >= leastSsim});
+    verdict.projections = Project(all, against.render, against.names);
+    double errorWithoutNoise = 0.0;
+    for (const Projection& found : verdict.projections)
+        errorWithoutNoise = std::max(errorWithoutNoise, found.errorWithoutNoise);
+    atMost("parts", verdict.projections.empty() ? 0.0 : std::max(verdict.projections.front().error, 0.0),
+           tolerance.parts);
+    if (!verdict.projections.empty()) verdict.checks.back().where = ToText(verdict.projections.front());
     verdict.isRight = std::ranges::all_of(verdict.checks, &VerdictCheck::isPassed);
     const auto agree = [](double a, double b, double limit) { return (a <= limit) == (b <= limit); };
     verdict.isDecided = !verdict.isRight || (agree(failures.tiles, withoutNoise.tiles, tolerance.tiles) &&
                                              agree(failures.pixels, withoutNoise.pixels, tolerance.pixels) &&
-                                             agree(failures.energy, withoutNoise.energy, tolerance.energy));
+                                             agree(failures.energy, withoutNoise.energy, tolerance.energy) &&
+                                             errorWithoutNoise <= tolerance.parts);
     return verdict;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/api.h"
 #include "editor/session/verify/difference.h"
+#include "editor/session/verify/projections.h"
 
 namespace raygraph::session {
 
@@ -17,23 +18,26 @@ namespace raygraph::session {
 // mean, where these are larger.
 struct Tolerance {
     double relative = 0.05;  // of a tile's mean, and of a pixel
-    double tiles = 0.01;     // share of the tiles that may be beyond
+    double tiles = 0.01;     // share of the tiles of a size that may be beyond
     double pixels = 0.02;    // share of the pixels that may be beyond
     double energy = 0.02;    // relative, of the mean of the picture
+    double parts = 0.05;     // relative, along each Projection
     double flip = 0.05;      // above what noise explains
     double ssim = 0.05;      // below what noise explains
 
     bool operator==(const Tolerance&) const = default;
 };
 
-// Tiles are squares of so many pixels a side; those at the right and lower edges may be smaller.
-inline constexpr uint32_t kVerifyTile = 16;
+// Tiles are squares of so many pixels a side, of two sizes; those at the right and lower edges may be
+// smaller.
+inline constexpr std::array<uint32_t, 2> kVerifyTiles{16, 8};
 
 // Is one of the conditions that a right picture meets.
 struct VerdictCheck {
     std::string name;  // as the member of Tolerance
     double value = 0.0, limit = 0.0;
     bool isPassed = true;
+    std::string where = {};  // what the value is of; "": the picture
 };
 
 struct VerdictTile {
@@ -55,7 +59,8 @@ struct Verdict {
     // would end alike without the noise of the reference.
     bool isDecided = false;
     std::vector<VerdictCheck> checks;
-    std::vector<VerdictTile> tiles;         // all, row by row
+    std::vector<VerdictTile> tiles;         // all of each size, row by row
+    std::vector<Projection> projections;    // what noise does not explain, the largest error first
     std::vector<VerdictPixel> worstPixels;  // at most 16, worst first, none beside another
     PictureDifference difference;           // of the pixels that count; others are those of the reference
     double flipOfNoise = 0.0, ssimOfNoise = 1.0;
@@ -69,6 +74,9 @@ struct JudgedAgainst {
     // Tolerance::relative of each pixel; empty: the same for all. Infinity: the pixel does not count.
     std::vector<float> relative = {};
     float exposureEv = 0.0f;  // for FLIP and SSIM
+    // The reference with its AOVs, of whose parts there are projections; null: only of the whole.
+    const RenderFile* render = nullptr;
+    SceneNames names = {};
 };
 
 // Throws Error{BadInput} as Difference does, and if no pixel counts.

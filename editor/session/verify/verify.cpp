@@ -269,7 +269,9 @@ VerifyResult Verify::Check(const Picture& picture, const CheckOptions& options) 
                                {.reference = impl.Expected(options),
                                 .tolerance = impl.desc.tolerance,
                                 .relative = relative,
-                                .exposureEv = impl.desc.exposureEv});
+                                .exposureEv = impl.desc.exposureEv,
+                                .render = &impl.stored->render,
+                                .names = NamesOf(impl.input.data)});
         const uint64_t samples = impl.reference.samples;
         if (result.verdict.isDecided || samples >= most || !impl.isResumable || impl.IsStopRequested()) break;
         impl.RenderTo(static_cast<uint32_t>(std::min<uint64_t>(2 * samples, most)));

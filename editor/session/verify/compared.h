@@ -1,0 +1,34 @@
+// Holds a picture beside the reference, with the noise of both and what is allowed, as the checks of the
+// verdict see them. For editor/session/verify/ alone.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "editor/session/verify/difference.h"
+
+namespace raygraph::session {
+
+// Holds both pictures, cut where the picture is, and the bounds that each pixel has.
+struct Compared {
+    Extent2D size;
+    Texels reference, picture;     // pixels that do not count are those of the reference in both
+    Texels referenceNoise, noise;  // variances, of the reference and of the picture, at least those around
+    // As they are, for sums over many pixels; the noise of the reference times `noiseRatio` would be that of
+    // as many samples as the picture has, if their number is known.
+    Texels ownReferenceNoise, ownNoise;
+    double noiseRatio = 0.0;
+    std::vector<float> relative;  // of each pixel; infinity: it does not count
+    double floor = 0.0;           // a twentieth of the mean luminance
+    size_t counted = 0;
+
+    bool Counts(size_t pixel) const { return std::isfinite(relative[pixel]); }
+    // Returns what the relative error of a channel of a pixel is over.
+    double Scale(size_t pixel, size_t channel) const {
+        const float* texel = &reference[4 * pixel];
+        return std::max({std::abs(double{texel[channel]}), 0.25 * std::abs(LuminanceOf(texel)), floor});
+    }
+};
+
+}  // namespace raygraph::session
