@@ -13,7 +13,7 @@
 
 namespace raygraph::cli {
 
-void EditCommand(const EditArguments& arguments, Console& console) {
+void EditCommand(const EditArguments& arguments, [[maybe_unused]] Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
     if (arguments.isListingKeys) return PrintLine(editor::KeyList());
     os::MapLargeBlocks();  // scenes are allocated and freed beside frames
