@@ -26,16 +26,9 @@
 #define RAYGRAPH_BXDF_BXDF_GLSL
 
 #include "core/math.glsl"
+#include "shared/bxdf_flags.h"
 
 SHADING_BEGIN
-
-// A lobe has at least one of the first two flags, and at least one of the last three.
-CONST uint kBxDFNone = 0u;
-CONST uint kBxDFReflection = 1u;
-CONST uint kBxDFTransmission = 2u;
-CONST uint kBxDFDiffuse = 4u;
-CONST uint kBxDFGlossy = 8u;
-CONST uint kBxDFSpecular = 16u;
 
 INLINE bool IsReflective(uint flags) { return (flags & kBxDFReflection) != 0u; }
 INLINE bool IsTransmissive(uint flags) { return (flags & kBxDFTransmission) != 0u; }

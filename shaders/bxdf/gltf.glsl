@@ -227,7 +227,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
         isBack = IsWalked(g.name) && ChooseRetroreflection(g.view, within);                 \
         isCosine = SamplesCosine(g.name, within);                                  \
         isWalked = hasWalk && IsWalked(g.name);                                  \
-        RECORD(lobe, lobe);                                                      \
+        RECORD(lobe, kPathLobe##Lobe);                                           \
         RECORD(lobeProbability, g.name##Chance);                                 \
         above -= g.name##Chance;                                                 \
     }

@@ -16,8 +16,6 @@
 
 SHADING_BEGIN
 
-CONST uint kMaxRays = 4096u;  // limit for one path: a guard against rooms that cannot be left
-
 // Light from one point of one light, scattered by a surface or a medium to the camera, if it is not occluded.
 struct DirectLight {
     Ray ray;

@@ -186,10 +186,6 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     return true;
 }
 
-// The number of directions to lights from which one is chosen. Facets scatter into few directions, so that
-// few of many directions to a sky are among them.
-CONST uint kLightCandidates = 4u;
-
 INLINE uint LightCandidates(Vertex vertex) {
     return HasTraceFeature(kTraceEnvironmentLight) && (vertex.bsdf.flags & kBxDFGlossy) != 0u
                ? kLightCandidates

@@ -8,6 +8,7 @@
 #define RAYGRAPH_SHARED_PATH_RECORD_H
 
 #include "choice.h"
+#include "trace_options.h"
 
 // What happens where a ray ends.
 //   Environment: it meets no surface
@@ -30,7 +31,7 @@
 //   Absorbed:  no lobe has a direction, or its light is 0
 //   Leak:      the direction is below the surface: that of the shading normal differs
 //   Roulette:  Russian roulette
-//   RayLimit:  kMaxRays of integrator/direct_light.glsl
+//   RayLimit:  kMaxRays of trace_options.h
 #define RAYGRAPH_PATH_ENDS(X, Of)                          \
     X(Of, None, 0, "", "goes on")                          \
     X(Of, Escaped, 1, "escaped", "leaves the scene")       \
@@ -41,17 +42,17 @@
     X(Of, Roulette, 6, "roulette", "Russian roulette")     \
     X(Of, RayLimit, 7, "ray limit", "limit of rays")
 
-// The lobe from which a direction is drawn: those of bxdf/gltf_lobes.glsl in their order, counted from 1.
+// The lobe from which a direction is drawn: a line for each struct of GLTF_LOBES (bxdf/gltf_lobes.glsl).
 //   None: the model of the BSDF has no such lobes (bxdf/bsdf.glsl), or no direction is drawn
-#define RAYGRAPH_PATH_LOBES(X, Of)                \
-    X(Of, None, 0, "", "")                        \
-    X(Of, Coat, 1, "clear coat", "")              \
-    X(Of, Sheen, 2, "sheen", "")                  \
-    X(Of, Glass, 3, "glass", "")                  \
-    X(Of, Metal, 4, "metal", "")                  \
-    X(Of, Layer, 5, "dielectric", "")             \
-    X(Of, Through, 6, "diffuse transmission", "") \
-    X(Of, Base, 7, "diffuse", "")
+#define RAYGRAPH_PATH_LOBES(X, Of)                                \
+    X(Of, None, 0, "", "")                                        \
+    X(Of, ClearcoatBxDF, 1, "clear coat", "")                     \
+    X(Of, SheenBxDF, 2, "sheen", "")                              \
+    X(Of, GlassBxDF, 3, "glass", "")                              \
+    X(Of, ConductorBxDF, 4, "metal", "")                          \
+    X(Of, DielectricLayerBxDF, 5, "dielectric", "")               \
+    X(Of, DiffuseTransmissionBxDF, 6, "diffuse transmission", "") \
+    X(Of, DiffuseBxDF, 7, "diffuse", "")
 
 // The light of a candidate.
 #define RAYGRAPH_PATH_LIGHTS(X, Of)    \
@@ -88,8 +89,7 @@ RAYGRAPH_CHOICE_CONSTANTS(PathLight, RAYGRAPH_PATH_LIGHTS)
 #endif
 
 RAYGRAPH_CONSTANT uint kNoRecord = 0xFFFFFFFFu;
-RAYGRAPH_CONSTANT uint kMaxRecordedCandidates = 4u;   // kLightCandidates of integrator/path.glsl
-RAYGRAPH_CONSTANT uint kMaxRecordedVertices = 4096u;  // kMaxRays of integrator/direct_light.glsl
+RAYGRAPH_CONSTANT uint kMaxRecordedVertices = kMaxRays;  // each has a ray of its own
 
 struct LightCandidateRecord {
 #define RAYGRAPH_CANDIDATE_VALUE(type, name) type name;
@@ -99,7 +99,7 @@ struct LightCandidateRecord {
 struct PathVertexRecord {
 #define RAYGRAPH_PATH_VALUE(type, name) type name;
 #include "path_vertex_list.h"
-    LightCandidateRecord candidates[kMaxRecordedCandidates];
+    LightCandidateRecord candidates[kLightCandidates];
     // Two values on their way from a function of the integrator to its caller; the buffer lacks them.
     float lightProbability;
     vec3 collected;

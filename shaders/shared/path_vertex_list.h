@@ -53,7 +53,7 @@ RAYGRAPH_PATH_VALUE(vec3, emitted)          // contribution to the sample
 RAYGRAPH_PATH_VALUE(float, passProbability)  // of going straight on: thin walls and matched boundaries
 RAYGRAPH_PATH_VALUE(uint, lobe)              // kPathLobe*
 RAYGRAPH_PATH_VALUE(float, lobeProbability)
-RAYGRAPH_PATH_VALUE(uint, scatterFlags)  // kBxDF* of the sample
+RAYGRAPH_PATH_VALUE(uint, scatterFlags)  // kBxDF* (bxdf_flags.h) of the sample
 RAYGRAPH_PATH_VALUE(vec3, scattered)     // the direction
 RAYGRAPH_PATH_VALUE(vec3, bsdf)          // f, or the phase function
 RAYGRAPH_PATH_VALUE(float, pdf)

@@ -36,6 +36,12 @@
 //             same where neither ThinWalls nor MatchedMedia is set. For devices that compile each place anew
 #define RAYGRAPH_LOOP_OPTIONS(X) X(OneTrace, 1)
 
+// Limits of the integrator, for any settings.
+//   MaxRays:         of one path: a guard against rooms that cannot be left
+//   LightCandidates: directions to lights of which one is chosen. Facets scatter into few directions, so that
+//                    few of many directions to a sky are among them
+#define RAYGRAPH_TRACE_LIMITS(X) X(MaxRays, 4096u) X(LightCandidates, 4u)
+
 // Word x (0) or y (1) of a feature's two words: one of them has the feature's bit.
 #define RAYGRAPH_TRACE_WORD(word, line) (((line) >> 5 & 1) == (word) ? 1u << ((line)&31) : 0u)
 
@@ -58,13 +64,15 @@ struct TraceFeatures {
     constexpr bool operator==(const TraceFeatures&) const = default;
 };
 
-#define RAYGRAPH_DECLARE_LOOP(name, value) inline constexpr uint32_t kLoop##name = value;
+#define RAYGRAPH_DECLARE_LOOP(name, value)  inline constexpr uint32_t kLoop##name = value;
+#define RAYGRAPH_DECLARE_LIMIT(name, value) inline constexpr uint32_t k##name = value;
 #define RAYGRAPH_TRACE_FEATURE(name, kind)                                        \
     inline constexpr TraceFeatures kTrace##name{RAYGRAPH_TRACE_WORD(0, __LINE__), \
                                                 RAYGRAPH_TRACE_WORD(1, __LINE__)};
 #define RAYGRAPH_TRACE_FEATURES_OF(name) inline constexpr TraceFeatures kTrace##name =
 #else
-#define RAYGRAPH_DECLARE_LOOP(name, value) const uint kLoop##name = value;
+#define RAYGRAPH_DECLARE_LOOP(name, value)  const uint kLoop##name = value;
+#define RAYGRAPH_DECLARE_LIMIT(name, value) const uint k##name = value;
 #define RAYGRAPH_TRACE_FEATURE(name, kind) \
     const uvec2 kTrace##name = uvec2(RAYGRAPH_TRACE_WORD(0, __LINE__), RAYGRAPH_TRACE_WORD(1, __LINE__));
 #define RAYGRAPH_TRACE_FEATURES_OF(name) const uvec2 kTrace##name =
@@ -75,6 +83,8 @@ RAYGRAPH_CHOICE_CONSTANTS(Mis, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE_CONSTANTS(Roulette, RAYGRAPH_ROULETTES)
 RAYGRAPH_LOOP_OPTIONS(RAYGRAPH_DECLARE_LOOP)
 #undef RAYGRAPH_DECLARE_LOOP
+RAYGRAPH_TRACE_LIMITS(RAYGRAPH_DECLARE_LIMIT)
+#undef RAYGRAPH_DECLARE_LIMIT
 #include "trace_feature_list.h"
 #undef RAYGRAPH_TRACE_FEATURE
 

@@ -1,19 +1,14 @@
 // Tests that the path of a sample is explained: the record is of the path that the picture has, to the bit.
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <vector>
+#include <string>
 
 #include "editor/cli/explain_json.h"
 #include "editor/session/explain/explain.h"
 #include "editor/session/explain/path_text.h"
-#include "editor/session/frames/device_scene.h"
 #include "editor/session/session.h"
-#include "editor/session/settings/light_settings.h"
-#include "renderer/graph/readback_values.h"
+#include "tests/explain/exact_records.h"
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
@@ -35,61 +30,20 @@ PictureSettings Small() {
     return settings;
 }
 
-std::vector<std::string> OwnScenes() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(test::SourceFile("scenes")))
-        if (entry.path().extension() == ".gltf") names.push_back(entry.path().stem().string());
-    std::ranges::sort(names);
-    return names;
-}
-
-struct Recorded {
-    glm::uvec2 pixel;
-    Readback record;
-};
-
 }  // namespace
 
-// Surfaces that emit; delta lights, thin walls and rough glass; media that scatter. Each is a program to compile:
-// RAYGRAPH_EXPLAIN_ALL adds the others, which takes minutes.
+// Surfaces that emit; delta lights, thin walls and rough glass; media that scatter. tests/long has all scenes.
 TEST_F(ExplainTest, ContributionsOfARecordSumToTheSampleToTheBit) {
-    constexpr uint32_t kSample = 3;
-    std::vector<std::string> scenes{"cornell", "terrace", "scattering_grid"};
-    if (std::getenv("RAYGRAPH_EXPLAIN_ALL") != nullptr) scenes = OwnScenes();
     size_t vertices = 0, lit = 0;
-    for (const std::string& name : scenes) {
+    for (const char* name : {"cornell", "terrace", "scattering_grid"}) {
         SCOPED_TRACE(name);
-        SceneInput input = LoadInput(test::SourceFile("scenes/" + name + ".gltf"));
-        PictureSettings settings = Small();
-        settings.light = ChooseLight(input, settings);
-        DeviceScene scene(Device(), input, settings, {.traversal = Traversal::Driver});
-        Renderer& renderer = scene.GraphRenderer();
-        renderer.BeginFrame();
-        const SceneIds ids = scene.Declare(kSample);
-        passes::TraceSettings traced = scene.SettingsFor(kSample);
-        const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, traced).radiance);
-        std::vector<Recorded> records;
-        for (uint32_t y = 1; y < kSize.height; y += 5)
-            for (uint32_t x = 1; x < kSize.width; x += 6) {
-                traced.region = {x, y, 1, 1};
-                const passes::TraceIds recorded = passes::Trace(renderer, ids, traced, {.record = true});
-                records.push_back({{x, y}, renderer.ReadBack(recorded.record)});
-            }
-        renderer.Execute();
-        const std::vector<glm::vec4> picture = WaitForValues<glm::vec4>(radiance);
-        for (const Recorded& recorded : records) {
-            const std::vector<gpu::PathVertexRecord> path = passes::PathOf(recorded.record);
-            ASSERT_FALSE(path.empty());
-            const glm::vec3 sample(picture[recorded.pixel.y * kSize.width + recorded.pixel.x]);
-            EXPECT_EQ(passes::ValueOf(path), sample) << recorded.pixel.x << ',' << recorded.pixel.y;
-            EXPECT_EQ(path.back().radiance, sample);
-            EXPECT_NE(path.back().end, uint32_t(PathEnd::None));
-            vertices += path.size();
-            if (sample != glm::vec3(0.0f)) ++lit;
-        }
+        const testing::RecordedPaths found = testing::ExpectExactRecords(
+            Device(), test::SourceFile("scenes") / (std::string(name) + ".gltf"), 3);
+        vertices += found.vertices;
+        lit += found.lit;
     }
-    EXPECT_GT(vertices, 15 * scenes.size()) << "paths are too short to prove anything";
-    EXPECT_GT(lit, 3 * scenes.size()) << "pictures are too dark to prove anything";
+    EXPECT_GT(vertices, 45u) << "paths are too short to prove anything";
+    EXPECT_GT(lit, 9u) << "pictures are too dark to prove anything";
 }
 
 TEST_F(ExplainTest, ASampleIsThatOfARenderAndItsPathTellsItsCause) {
