@@ -32,6 +32,8 @@ constexpr ActionRow kActions[] = {
     {Action::Graph, Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan", false,
      &Panels::graph},
     {Action::Log, Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log", false, &Panels::log},
+    {Action::Path, Menu::PanelMenu, "Path of a pixel", {KeyPress{Key::E}},
+     "the path of the pixel that is clicked", false, &Panels::path},
     {Action::Help, Menu::PanelMenu, "Help", {KeyPress{Key::F1}}, "this help", false, &Panels::help},
     {Action::Raster, Menu::None, "", {KeyPress{Key::R}}, "raster, and back"},
     {Action::Wipe, Menu::None, "", {KeyPress{Key::W}}, "wipe, and back"},

@@ -34,6 +34,7 @@ enum class Action : uint8_t {
     Statistics,
     Graph,
     Log,
+    Path,
     Help,
     Raster,
     Wipe,

@@ -47,8 +47,8 @@ Editor::Editor(rhi::Device& device, EditorOptions options)
     : m_work(device, options.shaders, std::move(options.log), options.textureBudget) {}
 
 bool Editor::IsBusy() const {
-    return m_work.IsLoading() || m_isPicking || !m_saving.empty() || !m_savingRenders.empty() ||
-           m_worker.IsBusy() || !m_pictureFile.empty() || !m_windowFile.empty();
+    return m_work.IsLoading() || m_isPicking || m_work.explained.IsPending() || !m_saving.empty() ||
+           !m_savingRenders.empty() || m_worker.IsBusy() || !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
 bool Editor::IsPreparing() const {
@@ -258,7 +258,8 @@ float Editor::LowerPanels(float left, float right, float bottom) {
     };
     const std::array panels{Lower{"Statistics", m_work.panels.statistics, StatisticsPanel},
                             Lower{"Render graph", m_work.panels.graph, GraphPanel},
-                            Lower{"Log", m_work.panels.log, LogPanel}};
+                            Lower{"Log", m_work.panels.log, LogPanel},
+                            Lower{"Path", m_work.panels.path, PathPanel}};
     const auto count = static_cast<float>(std::ranges::count_if(panels, &Lower::isShown));
     if (count == 0.0f) return 0.0f;
     const float height = std::floor(std::max(kBottom, kBottomShare * ImGui::GetIO().DisplaySize.y));
@@ -306,6 +307,7 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
     ImGui::GetWindowDrawList()->AddImage(PictureTexture(), corner,
                                          {corner.x + static_cast<float>(across) / input.scale,
                                           corner.y + static_cast<float>(down) / input.scale});
+    DrawPath(m_work, corner, glm::vec2(across, down) / input.scale);
     m_gizmo.Draw(m_work, corner, glm::vec2(across, down) / input.scale);
     if (m_work.selectedNode) {
         ImGui::SetCursorPos({8.0f, 8.0f});
@@ -419,6 +421,7 @@ void Editor::Perform(Action action) {
         case Action::Statistics:
         case Action::Graph:
         case Action::Log:
+        case Action::Path:
         case Action::Help:
             return;  // handled above
         case Action::Raster:
@@ -535,6 +538,7 @@ void Editor::Mouse(const FrameInput& input) {
             pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
             m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
             m_isPicking = true;
+            if (m_work.panels.path) m_work.explained.Ask(m_work.view, glm::uvec2(pixel));
         }
         m_drag.reset();
         return;

@@ -1,6 +1,8 @@
 // The panels around the picture. Each draws into the current ImGui window, and edits the workspace.
 #pragma once
 
+#include <imgui.h>
+
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {
@@ -18,6 +20,10 @@ void StatisticsPanel(Workspace& work);
 void GraphPanel(Workspace& work);
 // Lists the newest messages, filtered.
 void LogPanel(Workspace& work);
+// Shows the path of a pixel (ExplainedPixel) as a table of its vertices.
+void PathPanel(Workspace& work);
+// Draws that path into the current ImGui window, over the picture of this corner and size in points.
+void DrawPath(const Workspace& work, ImVec2 corner, glm::vec2 size);
 void HelpPanel();
 
 }  // namespace raygraph::editor

@@ -21,6 +21,7 @@ struct Panels {
     bool statistics = false;
     bool graph = false;
     bool log = false;
+    bool path = false;  // while it is shown, clicks explain pixels
     bool help = false;
 
     bool operator==(const Panels&) const = default;
@@ -34,7 +35,7 @@ inline constexpr PanelName kPanels[] = {
     {"hierarchy", &Panels::hierarchy}, {"inspector", &Panels::inspector},
     {"timeline", &Panels::timeline},   {"statistics", &Panels::statistics},
     {"graph", &Panels::graph},         {"log", &Panels::log},
-    {"help", &Panels::help},
+    {"path", &Panels::path},           {"help", &Panels::help},
 };
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 

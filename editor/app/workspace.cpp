@@ -108,6 +108,7 @@ void Workspace::Observe() {
         m_errorRequest.reset();
     }
     ObserveRealTime(now);
+    explained.Observe(view, document.Scene());
     // An estimate costs little, but not nothing
     if (!panels.statistics || m_errorRequest || now - m_errorRequestTime < 0.5) return;
     m_errorRequest = view.RequestNoise();
@@ -294,6 +295,7 @@ bool Workspace::Show(LoadedScene loaded) {
     hierarchy = Hierarchy(document.Children(), document.Roots());
     nodeToReveal.reset();
     Select(std::nullopt);
+    explained.Clear();
     bookmarks = {};
     const scene::SceneData& scene = document.Scene();
     if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());

@@ -13,6 +13,7 @@
 
 #include "editor/app/camera_controller.h"
 #include "editor/app/document.h"
+#include "editor/app/explained_pixel.h"
 #include "editor/app/file_content.h"
 #include "editor/app/frame_statistics.h"
 #include "editor/app/gizmo.h"
@@ -149,6 +150,7 @@ class Workspace {
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;
+    ExplainedPixel explained;
     FrameHistory history;
     SampleRate sampleRate;
     viewport::NoiseEstimate estimate;

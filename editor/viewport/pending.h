@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -61,12 +62,15 @@ class Questions {
         std::erase_if(m_open, [](const auto& open) { return open.second->isTaken; });
         return !m_open.empty();
     }
-    // Makes the open frame answer all requests: `reply` declares the answer for a subject.
+    // Makes the open frame answer the requests: `reply` declares the answer for a subject, or is std::nullopt
+    // where a later frame is to answer.
     template <typename MakeReply>
     void DeclareReplies(Renderer& renderer, MakeReply&& reply) {
         if (!HasUnanswered()) return;
         for (const auto& [subject, state] : m_open) {
-            state->reply = reply(subject);
+            std::optional<Reply> made = reply(subject);
+            if (!made) continue;
+            state->reply = std::move(*made);
             renderer.OnSubmitted([state = state] { state->isTaken = true; });
         }
     }

@@ -89,4 +89,61 @@ void PixelRequests::DeclareInspections(Renderer& renderer, Extent2D extent,
     });
 }
 
+void PixelRequests::DeclareSamples(Renderer& renderer, const SceneIds& scene,
+                                   const passes::TraceSettings& settings, bool mayWait) {
+    const auto settingsOf = [&](const SampleRange& samples) {
+        passes::TraceSettings traced = settings;
+        traced.region = {samples.pixel.x, samples.pixel.y, 1, 1};
+        traced.sampleIndex = samples.first;
+        traced.sampleCount = samples.count;
+        return traced;
+    };
+    m_samples.DeclareReplies(
+        renderer, [&](const SampleRange& asked) -> std::optional<decltype(m_samples)::Reply> {
+            PixelSamples answer{.pixel = asked.pixel, .firstSample = asked.first, .values = {}};
+            if (!Contains(settings.extent, asked.pixel)) return {{{}, [answer] { return answer; }}};
+            // Paths of Roulette::Frame have one length for each sample
+            const bool isOneByOne = settings.roulette.kind == Roulette::Frame;
+            const PassId first = renderer.NextPass();
+            std::vector<TextureId> pictures;
+            for (uint32_t done = 0; done < asked.count; done += isOneByOne ? 1 : asked.count)
+                pictures.push_back(passes::Trace(renderer, scene,
+                                                 settingsOf({.pixel = asked.pixel,
+                                                             .first = asked.first + done,
+                                                             .count = isOneByOne ? 1 : asked.count}))
+                                       .radiance);
+            if (!mayWait && !renderer.PreparePipelines(first, renderer.NextPass())) return std::nullopt;
+            decltype(m_samples)::Reply reply;
+            for (const TextureId picture : pictures) reply.readbacks.push_back(renderer.ReadBack(picture));
+            reply.finish = [answer, readbacks = reply.readbacks]() mutable {
+                answer.values.clear();
+                for (const Readback& texels : readbacks)
+                    for (const glm::vec4& value : ValuesOf<glm::vec4>(texels))
+                        answer.values.emplace_back(value);
+                return answer;
+            };
+            return reply;
+        });
+    m_paths.DeclareReplies(renderer,
+                           [&](const SampleRange& asked) -> std::optional<decltype(m_paths)::Reply> {
+                               PathResult answer{.pixel = asked.pixel,
+                                                 .sample = asked.first,
+                                                 .vertices = {},
+                                                 .origin = scene.origin,
+                                                 .lights = scene.lightSet};
+                               if (!Contains(settings.extent, asked.pixel))
+                                   return {{{}, [answer] { return answer; }}};
+                               const PassId first = renderer.NextPass();
+                               const passes::TraceIds traced =
+                                   passes::Trace(renderer, scene, settingsOf(asked), {.record = true});
+                               if (!mayWait && !renderer.PreparePipelines(first, renderer.NextPass()))
+                                   return std::nullopt;
+                               const Readback record = renderer.ReadBack(traced.record);
+                               return {{{record}, [answer, record]() mutable {
+                                            answer.vertices = passes::PathOf(record);
+                                            return answer;
+                                        }}};
+                           });
+}
+
 }  // namespace raygraph::viewport

@@ -184,6 +184,20 @@ Inspection Viewport::RequestInspection(glm::uvec2 pixel) {
     return m_impl->requests.RequestInspection(pixel);
 }
 
+SamplesRequest Viewport::RequestSamples(glm::uvec2 pixel, uint32_t first, uint32_t count) {
+    RequirePixel(m_impl->size, pixel, "RequestSamples");
+    if (count == 0 || count > kMaxRequestedSamples || count - 1 > ~first)
+        throw MakeError(ErrorKind::Usage,
+                        "Viewport: RequestSamples of {} samples from {} on: must be 1 to {}", count, first,
+                        kMaxRequestedSamples);
+    return m_impl->requests.RequestSamples(pixel, first, count);
+}
+
+PathRequest Viewport::RequestPath(glm::uvec2 pixel, uint32_t sample) {
+    RequirePixel(m_impl->size, pixel, "RequestPath");
+    return m_impl->requests.RequestPath(pixel, sample);
+}
+
 Capture Viewport::RequestCapture() {
     return m_impl->captures.Request();
 }
@@ -538,6 +552,8 @@ void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSett
                                     const std::optional<PixelRequests::Shown>& rasterShown) {
     requests.DeclarePicks(renderer, ids, settings);
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
+    requests.DeclareSamples(renderer, ids, settings,
+                            budgetSettings.whilePreparing == PreparingView::PathTraced);
     if (pathTracedShown) errors.Declare(renderer, pathTracedShown->samples, pathTracedShown->progress);
     const auto answerCaptures = [&](const PixelRequests::Shown& shown, bool isRaster,
                                     const std::optional<TextureId>& denoisedPicture) {

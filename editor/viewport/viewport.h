@@ -137,10 +137,17 @@ class RAYGRAPH_API Viewport {
     // timeline value that completes it, 0 for a size without area.
     uint64_t RenderFrame();
 
-    // --- Questions about a pixel; neither waits ---
-    // Throws Error{Usage} outside of the size.
+    // --- Questions about a pixel; none waits ---
+    // Throw Error{Usage} outside of the size.
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
+    // Requests samples of the path-traced view, whether it is shown or not, and the path of one of them: what
+    // happens at each vertex. Samples are functions of their index, from 0 on, so that those of the picture
+    // are traced again. The first path needs a pipeline of its own. Throw Error{Usage} also for no sample,
+    // and for more than kMaxRequestedSamples.
+    SamplesRequest RequestSamples(glm::uvec2 pixel, uint32_t first, uint32_t count);
+    PathRequest RequestPath(glm::uvec2 pixel, uint32_t sample);
+    static constexpr uint32_t kMaxRequestedSamples = 4096;
     // Requests the radiance of the raster view if that is shown, else of the path-traced one, with the
     // surface data of its pixels. With ShowSettings::isDenoised, the frame that answers denoises it. Not
     // answered while View::Surface or a size without area is shown.

@@ -20,11 +20,12 @@ MARK = "printed by:"
 BLOCK = re.compile(r"(<!-- printed by: raygraph ([^\n]*) -->\n```text\n)(.*?)(?=^```$)", re.DOTALL | re.MULTILINE)
 
 
-def Printed(program, text):
-    """The text with the present output of each command."""
+def Printed(program, text, folder=None):
+    """The text with the present output of each command, which runs in `folder`."""
     def With(block):
         command = [program, *shlex.split(block[2])]
-        return block[1] + subprocess.run(command, check=True, capture_output=True, text=True).stdout.rstrip("\n") + "\n"
+        return block[1] + subprocess.run(command, check=True, capture_output=True, text=True,
+                                         cwd=folder).stdout.rstrip("\n") + "\n"
     return BLOCK.sub(With, text)
 
 
@@ -42,7 +43,7 @@ def Main(program, root, isWriting):
         count += len(BLOCK.findall(text))
         if MarksWithoutBlock(text):
             stale.append(f"{name}: {MarksWithoutBlock(text)} times '{MARK}' without a command and a block of text below it")
-        printed = Printed(program, text)
+        printed = Printed(program, text, root)
         if printed != text and isWriting:
             page.write_text(printed, encoding="utf-8")
         elif printed != text:
@@ -55,4 +56,4 @@ if __name__ == "__main__":
     words = [word for word in sys.argv[1:] if word != "--write"]
     if not words:
         sys.exit(__doc__)
-    sys.exit(Main(words[0], Path(words[1] if len(words) > 1 else Path(__file__).parents[2]).resolve(), "--write" in sys.argv))
+    sys.exit(Main(Path(words[0]).resolve(), Path(words[1] if len(words) > 1 else Path(__file__).parents[2]).resolve(), "--write" in sys.argv))

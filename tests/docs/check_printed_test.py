@@ -21,6 +21,10 @@ class PrintedTest(unittest.TestCase):
     def test_each_block_has_its_own_command(self):
         self.assertEqual(Printed("echo", Page("") * 2), Page("one two words\n") * 2)
 
+    def test_commands_run_in_the_folder(self):
+        page = Page("").replace("one 'two words'", "check_printed.py")
+        self.assertIn("check_printed.py\n", Printed("ls", page, Path(__file__).parent))
+
     def test_a_comment_without_its_block_is_counted(self):
         page = Page("")
         self.assertEqual(MarksWithoutBlock(page * 2), 0)

@@ -289,6 +289,41 @@ TEST_F(Pixel, Inspection_HasMeanSamplesAndStandardError) {
     EXPECT_EQ(viewed.Samples(), 4u);
 }
 
+TEST_F(Pixel, Samples_AreThoseOfThePictureAndPathsTheirs) {
+    viewed.RenderFrames(3);
+    const viewport::Inspection inspection = viewed.viewport.RequestInspection({13, 7});
+    const viewport::SamplesRequest samples = viewed.viewport.RequestSamples({13, 7}, 0, 4);
+    const viewport::PathRequest path = viewed.viewport.RequestPath({13, 7}, 2);
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    const viewport::PixelSamples answer = samples.Result();
+    ASSERT_EQ(answer.values.size(), 4u);
+    glm::vec3 mean(0.0f);
+    for (const glm::vec3& value : answer.values) mean += 0.25f * value;
+    const viewport::InspectResult shown = inspection.Result();
+    ASSERT_TRUE(shown.pathTraced && shown.pathTraced->sampleCount == 4u);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], shown.pathTraced->radiance[c], 1e-5f * (1.0f + mean[c]));
+    ASSERT_TRUE(path.IsReady());
+    EXPECT_EQ(passes::ValueOf(path.Result().vertices), answer.values[2]) << "to the bit";
+    EXPECT_GT(path.Result().vertices.size(), 1u);
+    EXPECT_EQ(viewed.Samples(), 4u) << "questions add no samples";
+
+    // A drawn length of all paths of a sample
+    viewport::PathSettings paths = viewed.viewport.Paths();
+    paths.roulette = {.kind = Roulette::Frame, .survival = 0.5f};
+    viewed.viewport.SetPaths(paths);
+    const viewport::SamplesRequest drawn = viewed.viewport.RequestSamples({13, 7}, 5, 3);
+    const viewport::PathRequest ofDrawn = viewed.viewport.RequestPath({13, 7}, 6);
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    ASSERT_EQ(drawn.Result().values.size(), 3u);
+    EXPECT_EQ(passes::ValueOf(ofDrawn.Result().vertices), drawn.Result().values[1]);
+
+    for (const auto& [first, count] : {std::pair(0u, 0u), {0u, 4097u}, {0xFFFFFFFFu, 2u}})
+        EXPECT_THROW(std::ignore = viewed.viewport.RequestSamples({13, 7}, first, count), Error);
+    EXPECT_THROW(std::ignore = viewed.viewport.RequestPath({24, 0}, 0), Error);
+}
+
 TEST_F(Pixel, Error_IsThatOfAllPixels) {
     viewed.RenderFrames(6);
     const viewport::NoiseRequest request = viewed.viewport.RequestNoise();

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "base/text.h"
@@ -69,20 +70,17 @@ struct Explainer::Impl {
         return values;
     }
 
-    ExplainedPath PathOf(const glm::uvec2& pixel, uint32_t sample, const glm::vec3& value,
-                         Explanation& explanation) {
+    void AddPath(Explanation& explanation, uint32_t sample) {
         Renderer& renderer = scene.GraphRenderer();
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(sample);
         const passes::TraceIds traced =
-            passes::Trace(renderer, ids, SettingsFor(pixel, sample), {.record = true});
+            passes::Trace(renderer, ids, SettingsFor(explanation.pixel, sample), {.record = true});
         const Readback record = renderer.ReadBack(traced.record);
         renderer.Execute();
         explanation.origin = ids.origin;
         explanation.names.NumberLights(ids.lightSet);
-        ExplainedPath path{.sample = sample, .value = value, .vertices = passes::PathOf(record)};
-        path.isExact = HaveSameBits(passes::ValueOf(path.vertices), value);
-        return path;
+        explanation.paths.push_back(PathIn(explanation, sample, passes::PathOf(record)));
     }
 
     PictureSettings settings;
@@ -108,31 +106,68 @@ Explanation Explainer::Explain(const ExplainRequest& request) {
         throw MakeError(ErrorKind::Usage, "{} samples from {} on go beyond the last one, 4294967295", count,
                         first);
 
-    Explanation explanation{.pixel = request.pixel, .firstSample = first, .names = m_impl->names};
-    explanation.values = m_impl->ValuesOf(request.pixel, first, count);
-    std::vector<double> luminances;
-    for (const glm::vec3& value : explanation.values) {
-        luminances.push_back(LuminanceOf(value));
-        explanation.mean += glm::dvec3(value) / static_cast<double>(count);
-    }
-    const double mean = std::accumulate(luminances.begin(), luminances.end(), 0.0) / count;
-    double squares = 0.0;
-    for (const double luminance : luminances) squares += (luminance - mean) * (luminance - mean);
-    if (count > 1 && mean > 0.0)
-        explanation.relativeError = std::sqrt(squares / (count - 1.0) / count) / mean;
+    Explanation explanation =
+        ExplainSamples(request.pixel, first, m_impl->ValuesOf(request.pixel, first, count));
+    explanation.names = m_impl->names;
+    for (const uint32_t sample : BrightestOf(explanation, std::max(request.brightest, 1u)))
+        m_impl->AddPath(explanation, sample);
+    return explanation;
+}
 
-    std::vector<uint32_t> order(count);
+namespace {
+
+std::vector<double> LuminancesOf(std::span<const glm::vec3> values) {
+    std::vector<double> luminances;
+    for (const glm::vec3& value : values) luminances.push_back(LuminanceOf(value));
+    return luminances;
+}
+
+struct Spread {
+    double mean = 0.0;
+    double squares = 0.0;  // sum of the squared deviations
+};
+
+Spread SpreadOf(std::span<const double> luminances) {
+    Spread spread;
+    spread.mean =
+        std::accumulate(luminances.begin(), luminances.end(), 0.0) / static_cast<double>(luminances.size());
+    for (const double luminance : luminances)
+        spread.squares += (luminance - spread.mean) * (luminance - spread.mean);
+    return spread;
+}
+
+}  // namespace
+
+Explanation ExplainSamples(glm::uvec2 pixel, uint32_t firstSample, std::vector<glm::vec3> values) {
+    Explanation explanation{.pixel = pixel, .firstSample = firstSample, .values = std::move(values)};
+    const auto count = static_cast<double>(explanation.values.size());
+    for (const glm::vec3& value : explanation.values) explanation.mean += glm::dvec3(value) / count;
+    const Spread spread = SpreadOf(LuminancesOf(explanation.values));
+    if (count > 1.0 && spread.mean > 0.0)
+        explanation.relativeError = std::sqrt(spread.squares / (count - 1.0) / count) / spread.mean;
+    return explanation;
+}
+
+std::vector<uint32_t> BrightestOf(const Explanation& explanation, size_t count) {
+    const std::vector<double> luminances = LuminancesOf(explanation.values);
+    std::vector<uint32_t> order(luminances.size());
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::stable_sort(order, [&](uint32_t a, uint32_t b) { return luminances[a] > luminances[b]; });
-    order.resize(std::min<size_t>(order.size(), std::max(request.brightest, 1u)));
-    for (const uint32_t i : order) {
-        explanation.paths.push_back(
-            m_impl->PathOf(request.pixel, first + i, explanation.values[i], explanation));
-        if (squares > 0.0)
-            explanation.paths.back().varianceShare =
-                (luminances[i] - mean) * (luminances[i] - mean) / squares;
-    }
-    return explanation;
+    order.resize(std::min(order.size(), count));
+    for (uint32_t& sample : order) sample += explanation.firstSample;
+    return order;
+}
+
+ExplainedPath PathIn(const Explanation& explanation, uint32_t sample,
+                     std::vector<gpu::PathVertexRecord> vertices) {
+    ExplainedPath path{.sample = sample,
+                       .value = explanation.values.at(sample - explanation.firstSample),
+                       .vertices = std::move(vertices)};
+    path.isExact = HaveSameBits(passes::ValueOf(path.vertices), path.value);
+    const Spread spread = SpreadOf(LuminancesOf(explanation.values));
+    const double deviation = LuminanceOf(path.value) - spread.mean;
+    if (spread.squares > 0.0) path.varianceShare = deviation * deviation / spread.squares;
+    return path;
 }
 
 Explanation Explain(rhi::Device& device, SceneInput input, const PictureSettings& settings,

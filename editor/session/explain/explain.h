@@ -75,6 +75,17 @@ class RAYGRAPH_API Explainer {
     std::unique_ptr<Impl> m_impl;
 };
 
+// --- Explanations of what a host has traced itself, such as a viewport's requests ---
+
+// Returns the samples of a pixel from firstSample on, with their mean and noise; without paths and names.
+RAYGRAPH_API Explanation ExplainSamples(glm::uvec2 pixel, uint32_t firstSample,
+                                        std::vector<glm::vec3> values);
+// Returns the indices of so many samples, or of all, by luminance, the brightest first.
+RAYGRAPH_API std::vector<uint32_t> BrightestOf(const Explanation& explanation, size_t count);
+// Returns the path of a sample, which is one of `explanation`, from its record.
+RAYGRAPH_API ExplainedPath PathIn(const Explanation& explanation, uint32_t sample,
+                                  std::vector<gpu::PathVertexRecord> vertices);
+
 // Explains one pixel.
 RAYGRAPH_API Explanation Explain(rhi::Device& device, SceneInput input, const PictureSettings& settings,
                                  const ExplainRequest& request);

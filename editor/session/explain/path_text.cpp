@@ -6,6 +6,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "passes/trace.h"
+#include "shaders/shared/bxdf_flags.h"
 
 namespace raygraph::session {
 
@@ -33,18 +34,23 @@ std::string Percent(double share) {
     return Text("{:.3g} %", 100.0 * share);
 }
 
-// Flags of bxdf/bxdf.glsl.
-constexpr uint32_t kTransmission = 2, kDiffuse = 4, kSpecular = 16;
+// Returns, for example, "rough glass".
+std::string LobeName(const Vertex& vertex) {
+    if (EventOf(vertex) == PathEvent::Medium) return "medium";
+    const uint32_t flags = vertex.scatterFlags;
+    const char* width = (flags & kBxDFSpecular) != 0  ? "smooth "
+                        : (flags & kBxDFDiffuse) != 0 ? ""
+                                                      : "rough ";
+    const std::string lobe = vertex.lobe > 0               ? Name(static_cast<PathLobe>(vertex.lobe))
+                             : (flags & kBxDFDiffuse) != 0 ? "diffuse"
+                                                           : "glossy";
+    return width + lobe;
+}
 
 // Returns, for example, "the rough glass lobe of "bowl"".
 std::string LobeOf(const Vertex& vertex, const PathNames& names) {
     if (EventOf(vertex) == PathEvent::Medium) return "the medium " + names.Material(vertex.medium);
-    const uint32_t flags = vertex.scatterFlags;
-    const char* width = (flags & kSpecular) != 0 ? "smooth " : (flags & kDiffuse) != 0 ? "" : "rough ";
-    const std::string lobe = vertex.lobe > 0           ? Name(static_cast<PathLobe>(vertex.lobe))
-                             : (flags & kDiffuse) != 0 ? "diffuse"
-                                                       : "glossy";
-    return Text("the {}{} lobe of {}", width, lobe, names.Material(vertex.material));
+    return Text("the {} lobe of {}", LobeName(vertex), names.Material(vertex.material));
 }
 
 // Returns the vertex that gave the ray to `vertex` its direction; none: the camera.
@@ -133,7 +139,7 @@ void AddScattering(const Vertex& vertex, const PathNames& names, std::vector<std
         const std::string chance =
             vertex.lobe > 0 ? Text(", chosen with probability {:.4g}", vertex.lobeProbability) : "";
         lines.push_back(Text("scatters by {}{}: {}BSDF {}, pdf {:.4g}, cosine {:.4g}", LobeOf(vertex, names),
-                             chance, (vertex.scatterFlags & kTransmission) != 0 ? "transmitted, " : "",
+                             chance, (vertex.scatterFlags & kBxDFTransmission) != 0 ? "transmitted, " : "",
                              Triple(vertex.bsdf), vertex.pdf, vertex.cosine));
     }
     if (vertex.survival > 0.0f)
@@ -199,6 +205,23 @@ std::string CauseOf(const ExplainedPath& path, const PathNames& names) {
     const double whole = LuminanceOf(path.value);
     if (most < 0.995 * whole) text += Text(", {} of the sample", Percent(most / whole));
     return text;
+}
+
+VertexRow RowOf(const gpu::PathVertexRecord& vertex, const PathNames& names) {
+    VertexRow row{.place = PlaceOf(vertex, names), .next = {}, .light = {}};
+    const PathEnd end = static_cast<PathEnd>(vertex.end);
+    if (end != PathEnd::None)
+        row.next = Text("ends: {}", Notes(end)[vertex.end]);
+    else if (EventOf(vertex) == PathEvent::Straight || EventOf(vertex) == PathEvent::Ignored)
+        row.next = "straight on";
+    else
+        row.next = LobeName(vertex) + (vertex.lobe > 0 ? ", " + Percent(vertex.lobeProbability) : "");
+    if (!IsBlack(vertex.emitted)) row.light = Text("{} {}", Triple(vertex.emitted), names.Emitter(vertex));
+    if (vertex.chosen == gpu::kNoRecord || IsBlack(vertex.unoccluded)) return row;
+    if (!row.light.empty()) row.light += ", ";
+    row.light += (IsBlack(vertex.visibility) ? "occluded: " : Triple(vertex.lit) + " ") +
+                 names.Light(vertex.candidates[vertex.chosen]);
+    return row;
 }
 
 std::vector<std::string> LinesOf(const ExplainedPath& path, size_t at, const PathNames& names,

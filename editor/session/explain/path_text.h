@@ -13,6 +13,14 @@ namespace raygraph::session {
 // the lamp was found and with which probability; or why a black sample is black.
 RAYGRAPH_API std::string CauseOf(const ExplainedPath& path, const PathNames& names);
 
+// Holds a vertex in a row of a table.
+struct VertexRow {
+    std::string place;  // what the ray meets: "frosted" of "pane"
+    std::string next;   // the lobe with its probability, or why the path ends
+    std::string light;  // contributions to the sample with their lights; "": none
+};
+RAYGRAPH_API VertexRow RowOf(const gpu::PathVertexRecord& vertex, const PathNames& names);
+
 // Returns the lines of one vertex, the first of which names it; `origin` is Explanation::origin.
 RAYGRAPH_API std::vector<std::string> LinesOf(const ExplainedPath& path, size_t vertex,
                                               const PathNames& names, const glm::dvec3& origin);
