@@ -4,9 +4,11 @@
 cmake_policy(VERSION 3.25)
 
 set(public
+    editor/session/explain/path_text.h
     editor/session/file/content_hash.h
     editor/session/file/merge.h
     editor/session/session.h
+    editor/session/verify/verify.h
     editor/viewport/viewport.h
     editor/viewport/vulkan_interop.h
     renderer/gpu_scene/camera_record.h

@@ -20,6 +20,7 @@ figure { margin: 0 } figcaption { color: #555; margin-top: 2px }
 .frame svg { position: absolute; inset: 0; width: 100%; height: 100% }
 table { border-collapse: collapse; margin: .6em 0 } td, th { padding: 2px 14px 2px 0; text-align: left }
 th { border-bottom: 1px solid #bbb; font-weight: 600 } td.n, th.n { text-align: right }
+td.c { font: 13px/1.4 monospace; user-select: all }
 .tables { display: flex; flex-wrap: wrap; gap: 0 4em } .best { font-size: 1.15em }
 </style></head><body>
 )";
@@ -65,21 +66,30 @@ std::string Percent(double share) {
     return Text("{:.2f} %", 100.0 * share);
 }
 
-// Makes a table of texts; columns after the first are numbers.
+// Makes a table of texts; columns after the first are numbers, but for a last one of commands.
 class Table {
   public:
-    explicit Table(std::vector<std::string> heads) { Add("th", heads); }
+    explicit Table(std::vector<std::string> heads, bool hasCommands = false) : m_hasCommands(hasCommands) {
+        Add("th", heads);
+    }
     void Row(const std::vector<std::string>& cells) { Add("td", cells); }
     std::string Html() const { return "<table>" + m_rows + "</table>\n"; }
 
   private:
     void Add(const char* tag, const std::vector<std::string>& cells) {
         m_rows += "<tr>";
-        for (size_t i = 0; i < cells.size(); ++i)
-            m_rows += Text("<{}{}>{}</{}>", tag, i == 0 ? "" : " class=\"n\"", Escaped(cells[i]), tag);
+        for (size_t i = 0; i < cells.size(); ++i) {
+            const bool isCommand = m_hasCommands && i + 1 == cells.size();
+            m_rows += Text("<{}{}>{}</{}>", tag,
+                           i == 0      ? ""
+                           : isCommand ? " class=\"c\""
+                                       : " class=\"n\"",
+                           Escaped(cells[i]), tag);
+        }
         m_rows += "</tr>\n";
     }
     std::string m_rows;
+    bool m_hasCommands;
 };
 
 std::string Figure(const std::string& caption, const std::vector<std::byte>& png,
@@ -135,7 +145,8 @@ std::string Tables(const VerifiedPicture& verified) {
         html += tiles.Html();
     }
     if (!verdict.worstPixels.empty() && !verdict.isRight) {
-        Table pixels({"worst pixels", "reference", "picture", "of the bound", "why the reference is so"});
+        Table pixels({"worst pixels", "reference", "picture", "of the bound", "why the reference is so"},
+                     true);
         const auto color = [](const std::array<float, 3>& c) {
             return Text("{:.3g} {:.3g} {:.3g}", c[0], c[1], c[2]);
         };
@@ -195,7 +206,7 @@ ReportPictures ShowPictures(Renderer& renderer, const session::Picture& referenc
     double luminance = 0.0;
     for (size_t i = 0; i < reference.radiance.size(); i += 4)
         luminance += session::LuminanceOf(&reference.radiance[i]);
-    const auto floor = static_cast<float>(0.01 * luminance / double(PixelCount(size)) + 1e-12);
+    const auto floor = static_cast<float>(0.01 * luminance / double(session::PixelCount(size)) + 1e-12);
     const float white = std::min(reference.white, picture.white);
     return {
         .picture = show(picture),

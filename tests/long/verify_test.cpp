@@ -40,8 +40,8 @@ TEST_F(VerifyTest, PlantedMistakes_AreNamed) {
     EXPECT_GE(named, 8u);
 }
 
-// A right picture is an independent render at its own noise. Without mistakes of the statistics, fewer than one
-// of a hundred would fail; 95 have to pass.
+// A right picture is an independent render at its own noise. Without mistakes of the statistics, about two
+// of a hundred fail; 95 have to pass.
 TEST_F(VerifyTest, RightPictures_PassAtTheirOwnNoise) {
     PictureSettings settings;
     settings.size = {32, 32};
