@@ -1,4 +1,4 @@
-// What is recorded of an explained path (core/record.glsl, passes/path_record.h): one source for C++
+// What is recorded of an explained path (core/record.glsl, passes/trace.h): one source for C++
 // and GLSL, scalar layout.
 //
 // The buffer begins with the number of the path's vertices; their records follow in their order. The sample's
