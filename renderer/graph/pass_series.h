@@ -5,12 +5,12 @@
 //   const TextureId blurred = Blur(renderer, source);      // declared alike in each of the frames
 //   if (renderer.EndSeries()) renderer.Present(blurred);   // this frame executes the last of them
 //
-// Each frame executes the passes, or parts of those that can be divided, that fit
-// (PassBuilder::Dividable). A pass that fits in no frame and cannot be divided is executed alone.
-// Transients that are created in between are kept from frame to frame, until no pass of the series needs
-// them any more; in the last frame, all that is still there is the result of the last passes. Passes that
-// write nothing of this are no part of the series: they are executed in the frame that declares them.
-// Inputs must not change until the series is complete.
+// Each frame declares the same passes between BeginSeries and EndSeries, and executes those that fit into its
+// milliseconds, at least one of them or a part of it. Compute passes, and those that PassBuilder::Dividable
+// marks, may be divided. Transient textures and buffers that are created in the series keep their contents
+// between frames until their last use. Only a frame in which EndSeries returns true may use the results, and
+// inputs must stay unchanged until then. A pass that writes no resource of the series is no part of it, and
+// is executed in every frame that declares it.
 //
 // Threads: that of the Renderer.
 #pragma once
@@ -39,15 +39,15 @@ class RAYGRAPH_API PassSeries {
 
     // Returns whether frames have executed some of its passes, but not yet all.
     bool IsBegun() const { return m_done != Place{}; }
-    // Learns from the GPU times of a frame how long passes take. A pass without times counts as long as the
-    // longest one of its name, or of any name; if there are no times at all, as too long.
+    // Learns the GPU times of passes from a frame. A pass without a time counts as long as the longest known
+    // one of its name, or else of any name. If no time is known at all, it gets a frame of its own.
     void AddTimings(const FrameTiming& timing);
 
   private:
     friend class Renderer;
     friend class SeriesFrame;
 
-    // Everything before `pass` is done, and so many parts of it.
+    // Says that all passes before `pass` are done, and `part` of the kParts parts of `pass`.
     struct Place {
         uint32_t pass = 0;
         uint32_t part = 0;
@@ -55,7 +55,7 @@ class RAYGRAPH_API PassSeries {
     };
     struct Known {
         std::string name;
-        double ms = 0.0;  // of all parts; 0: unknown
+        double ms = 0.0;  // for all parts; 0: unknown
     };
     struct Kept {
         std::string name;

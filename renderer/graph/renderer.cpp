@@ -529,7 +529,9 @@ bool Renderer::EndSeries() {
     if (!m_impl->openSeries) throw Error(ErrorKind::Usage, "EndSeries: no series is open");
     SeriesFrame frame = *std::exchange(m_impl->openSeries, std::nullopt);
     const bool isComplete = frame.IsComplete();
-    OnSubmitted([this, frame = std::move(frame)]() mutable { m_impl->unneededOfSeries = frame.Commit(); });
+    OnSubmitted([this, frame = std::move(frame)]() mutable {
+        for (std::string& name : frame.Commit()) m_impl->unneededOfSeries.push_back(std::move(name));
+    });
     return isComplete;
 }
 

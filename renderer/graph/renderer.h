@@ -198,12 +198,12 @@ class RAYGRAPH_API Renderer {
     PassId NextPass() const;
 
     // --- Series: passes that are executed over several frames (renderer/graph/pass_series.h) ---
-    // The passes declared until EndSeries are those of the series. This frame executes what takes about
-    // `milliseconds` of them; with 0, all that is not done yet.
+    // Passes declared until EndSeries are those of the series. This frame executes as many as take about
+    // `milliseconds`; with 0, all that remain. Error{Usage}: a series is open, or for the others, none is.
     void BeginSeries(PassSeries& series, double milliseconds);
-    // Returns true if this frame executes the last pass: only then are the results there.
+    // Returns true if this frame executes the last pass: only then may the results be used.
     [[nodiscard]] bool EndSeries();
-    // Ends the series, of which this frame executes nothing, as if it had not declared it.
+    // Ends the open series as if this frame had not declared it: none of its passes is executed.
     void CancelSeries();
     // Discards what was executed, and releases what is kept: the next frame starts with the first pass.
     void Release(PassSeries& series);

@@ -16,19 +16,27 @@ constexpr Extent2D kExtent{37, 1203};  // 151 workgroups, more than parts
 class PassSeriesTest : public GraphTest {
   protected:
     // Declares three passes as a series with `milliseconds`. Returns the product if it is complete.
-    std::optional<Readback> Frame(double milliseconds, float value = 1.0f) {
-        m_renderer.BeginFrame();
-        m_renderer.BeginSeries(m_series, milliseconds);
-        const PassId first = m_renderer.NextPass();
+    std::optional<Readback> Declare(PassSeries& series, double milliseconds, float value) {
+        m_renderer.BeginSeries(series, milliseconds);
         const TextureId a = Fill(m_renderer, "a", kExtent, value);
         const TextureId c = Scale(m_renderer, "c", Scale(m_renderer, "b", a, 2.0f), 5.0f);
-        std::optional<Readback> readback;
-        if (m_renderer.EndSeries()) readback = m_renderer.ReadBack(c);
+        if (!m_renderer.EndSeries()) return {};
+        return m_renderer.ReadBack(c);
+    }
+    std::optional<Readback> Frame(double milliseconds, float value = 1.0f) {
+        m_renderer.BeginFrame();
+        const PassId first = m_renderer.NextPass();
+        const std::optional<Readback> readback = Declare(m_series, milliseconds, value);
         m_renderer.Execute();
         m_executed.clear();
         for (uint32_t i = 0; i < 3; ++i)
             if (m_renderer.WasExecuted({first.index + i})) m_executed.push_back(i);
         return readback;
+    }
+    uint64_t UsedBytes() {
+        Device().WaitIdle();
+        Device().CollectGarbage();
+        return Device().Memory().usedBytes;
     }
     // Reports that each pass of the last frame took so long.
     void AddTimings(double milliseconds) {
@@ -84,17 +92,33 @@ TEST_F(PassSeriesTest, RestOfAPass_KeepsWhatItsFirstPartsWrote) {
 
 TEST_F(PassSeriesTest, CompleteSeries_KeepsNoMemory) {
     while (!Frame(20.0)) AddTimings(1.0);
-    const auto used = [&] {
-        Device().WaitIdle();
-        Device().CollectGarbage();
-        return Device().Memory().usedBytes;
-    };
-    const uint64_t before = used();
+    const uint64_t before = UsedBytes();
     EXPECT_FALSE(Frame(20.0));
-    EXPECT_GT(used(), before);
+    EXPECT_GT(UsedBytes(), before);
     for (int frame = 0; frame < 100 && m_series.IsBegun(); ++frame) Frame(20.0);
     EXPECT_FALSE(m_series.IsBegun());
-    EXPECT_LE(used(), before);
+    EXPECT_LE(UsedBytes(), before);
+}
+
+TEST_F(PassSeriesTest, SeriesThatAreCompleteInOneFrame_KeepNoMemory) {
+    PassSeries other("other");
+    while (!Frame(20.0)) AddTimings(1.0);
+    const uint64_t before = UsedBytes();
+    const auto frame = [&](double milliseconds) {
+        m_renderer.BeginFrame();
+        const auto product = Declare(m_series, milliseconds, 1.0f);
+        const auto otherProduct = Declare(other, milliseconds, 2.0f);
+        m_renderer.Execute();
+        return std::pair(product, otherProduct);
+    };
+    frame(20.0);
+    EXPECT_TRUE(m_series.IsBegun() && other.IsBegun());
+    const auto [product, otherProduct] = frame(0.0);
+    EXPECT_TRUE(IsRamp(Read(product.value()), 1.0f, 10.0f));
+    EXPECT_TRUE(IsRamp(Read(otherProduct.value()), 2.0f, 10.0f));
+    // Two readbacks of a frame take one buffer more than one
+    const uint64_t texture = uint64_t{kExtent.width} * kExtent.height * sizeof(float);
+    EXPECT_LT(UsedBytes(), before + 2 * texture);
 }
 
 TEST_F(PassSeriesTest, ReleasedSeries_StartsWithItsFirstPass) {
