@@ -11,8 +11,8 @@ namespace raygraph::passes {
 
 namespace {
 
-// Two halves of one low-discrepancy sequence lie further apart than two independent renders: this much in the
-// square, in renders of 2 to 64 samples (docs/denoise.md).
+// The squared distance between the means of both halves, over that between two independent renders with as
+// many samples. Halves of one Sobol sequence lie further apart. Measured in renders of 2 to 64 samples.
 constexpr float kHalvesExcess = 1.17f;
 
 void RequireCounts(const DenoiseInputs& inputs, const DenoiseSettings& settings) {
@@ -23,7 +23,33 @@ void RequireCounts(const DenoiseInputs& inputs, const DenoiseSettings& settings)
                         settings.samples, settings.firstSamples, inputs.firstHalf ? "given" : "not given");
 }
 
-TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, const DenoiseSettings& settings) {
+// Returns the variance of a sample of the target, and in w whether that is most of the sample's variance.
+TextureId VarianceOfTarget(Renderer& renderer, const DenoiseInputs& inputs, uint32_t samples) {
+    // Without what is seen, the mean stands for it
+    const DenoiseInputs::Seen seen =
+        inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean, inputs.mean});
+    const Extent2D extent =
+        RequireComparable(renderer, "Denoise", inputs.mean, {inputs.variance, seen.bySamples, seen.squares},
+                          Format::Rgba32Float);
+    TextureId ofTarget = renderer.CreateTexture("denoise.variance", {extent, Format::Rgba32Float});
+    const struct {
+        uint32_t hasSeen;
+        float unbiased;
+    } constants{inputs.seen && samples > 1 ? 1u : 0u,
+                samples > 1 ? static_cast<float>(samples) / static_cast<float>(samples - 1) : 1.0f};
+    AddCompute(renderer, "DenoiseVariance", "denoise/variance.comp", extent, [&](PassBuilder& pass) {
+        pass.Reads("mean", inputs.mean);
+        pass.Reads("variance", inputs.variance);
+        pass.Reads("seen", seen.bySamples);
+        pass.Reads("squares", seen.squares);
+        pass.Constants(constants);
+        ofTarget = pass.Writes("ofTarget", ofTarget);
+    });
+    return ofTarget;
+}
+
+TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, TextureId variance,
+                    const DenoiseSettings& settings) {
     const TextureId firstHalf =
         inputs.firstHalf.value_or(inputs.mean);  // Without halves, nothing uses the result
     const Extent2D extent =
@@ -36,7 +62,7 @@ TextureId HalfError(Renderer& renderer, const DenoiseInputs& inputs, const Denoi
     } constants{1.0f / static_cast<float>(settings.samples), first / (second * kHalvesExcess)};
     AddCompute(renderer, "DenoiseHalfError", "denoise/half_error.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("mean", inputs.mean);
-        pass.Reads("variance", inputs.variance);
+        pass.Reads("variance", variance);
         pass.Reads("firstHalf", firstHalf);
         pass.Constants(constants);
         errors = pass.Writes("errors", errors);
@@ -109,8 +135,9 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
                       const DenoiseSettings& settings) {
     RequireCounts(inputs, settings);
     const Extent2D extent = RequireComparable(renderer, "Denoise", inputs.mean,
-                                              {inputs.variance, features.albedo}, Format::Rgba32Float);
-    const TextureId errors = HalfError(renderer, inputs, settings);
+                                              {features.target, features.albedo}, Format::Rgba32Float);
+    const TextureId variance = VarianceOfTarget(renderer, inputs, settings.samples);
+    const TextureId errors = HalfError(renderer, inputs, variance, settings);
     TextureId noise = renderer.CreateTexture("denoise.noise", {extent, Format::Rgba32Float});
     const struct {
         float perSample, samplesOfHalf;
@@ -119,7 +146,7 @@ TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs, const Den
         static_cast<float>(std::min(settings.firstSamples, settings.samples - settings.firstSamples))};
     AddCompute(renderer, "DenoiseNoise", "denoise/noise.comp", extent, [&](PassBuilder& pass) {
         pass.Reads("target", features.target);
-        pass.Reads("variance", inputs.variance);
+        pass.Reads("variance", variance);
         pass.Reads("errors", errors);
         pass.Reads("albedoFeature", features.albedo);
         pass.Reads("normalFeature", features.normal);
@@ -183,7 +210,8 @@ TextureId MixByError(Renderer& renderer, TextureId mean, TextureId noise,
 TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs, TextureId noise, TextureId estimate,
                        uint32_t samples) {
     // Without what is seen, the mean stands for it: the difference of both is 0
-    const DenoiseInputs::Seen seen = inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean});
+    const DenoiseInputs::Seen seen =
+        inputs.seen.value_or(DenoiseInputs::Seen{inputs.mean, inputs.mean, inputs.mean});
     const Extent2D extent = RequireComparable(
         renderer, "Denoise", inputs.mean, {noise, estimate, seen.bySamples, seen.byAll}, Format::Rgba32Float);
     TextureId removed = renderer.CreateTexture("denoise.removed", {extent, Format::Rg32Float});

@@ -1,4 +1,4 @@
-// Denoise: a picture with less noise, for finished renders. Threads: that of the Renderer.
+// Denoise: makes a picture with less noise from a finished render. Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -10,18 +10,20 @@
 
 namespace raygraph::passes {
 
-// All are rgba32f and of one extent. Values that are infinite or NaN count as 0.
+// All are rgba32f and of one extent. Values that are infinite or NaN count as 0. TraceGuides (passes/trace.h)
+// returns albedo, normal and `seen`, for the settings and samples of `mean`.
 struct DenoiseInputs {
     TextureId mean;            // radiance, the mean of the samples; alpha is kept
-    TextureId variance;        // unbiased, of one sample, as Resolve returns it; not used for a single sample
-    TextureId albedo, normal;  // means at the first hit, as TraceGuides returns them
+    TextureId variance;        // unbiased, of one sample, as Resolve returns it; of a single one, pass `mean`
+    TextureId albedo, normal;  // means at the first hit
     // The mean of the first samples alone. Without it samples count as independent: where the sampler is
     // better than that, too much is taken for noise, and with many samples details suffer.
     std::optional<TextureId> firstHalf;
-    // Radiance that the camera sees directly, from the same samples and from further ones, as TraceGuides
-    // returns it. With it, edges of lights and of what is before the environment are smooth.
+    // Radiance that the camera sees directly: the mean over the samples of `mean`, that over further ones,
+    // too, and the mean square of the former. With it, edges of lights and of what is before the environment
+    // are smooth, and their noise does not count as that of the rest.
     struct Seen {
-        TextureId bySamples, byAll;
+        TextureId bySamples, byAll, squares;
     };
     std::optional<Seen> seen;
 };
@@ -38,49 +40,54 @@ struct DenoiseSettings {
     Denoiser denoiser = Denoiser::Network;  // of pictures that fit (FitsNetwork); else the regression
 };
 
-// Returns the picture, rgba32f. The radiance is regressed on albedo, normal and position (Bitterli et al.
-// 2016, "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo Renderings") with weights of
-// non-local means, twice: the second time these are taken from the first result, with three bandwidths, of
-// which the one with the smallest estimated error (Stein 1981) is used in each place. The result is blended
-// with the mean by how much of their difference noise explains, so that it is the mean where there is no
-// noise. docs/denoise.md has measured errors. Throws Error{Usage} for textures of other formats or extents,
-// and for counts that contradict each other.
+// Returns the denoised picture, rgba32f. The estimate comes from PredictDenoised (Denoiser::Network), or from
+// a local regression on albedo, normal and position with weights of non-local means (Denoiser::Regression:
+// Pilot, Candidates, MixByError). BlendByError mixes the estimate with the mean, so that the result is the
+// mean where there is no noise. A picture that is too large for the network (FitsNetwork) gets the
+// regression. docs/denoise.md describes both, with sources and measured errors. Throws Error{Usage} for
+// textures of other formats or extents, for `samples` == 0, and where `firstSamples` and `firstHalf`
+// contradict each other.
 [[nodiscard]] RAYGRAPH_API TextureId Denoise(Renderer& renderer, const DenoiseInputs& inputs,
                                              const DenoiseSettings& settings);
 
-// The steps of Denoise, each for itself.
+// --- The steps of Denoise, each for itself. They throw as Denoise does. ---
 
-// `target` is fitted: the mean without the light that is seen directly. `albedo` and `normal` are the means
-// of surfaces, with four times the squared gradient in w.
+// All are rgba32f. `target` is the mean without directly seen radiance. `albedo` and `normal` are rgb and
+// xyz, and in w four times the squared gradient per pixel, which widens the tolerance of weights where these
+// vary from pixel to pixel.
 struct DenoiseFeatures {
     TextureId target, albedo, normal;
 };
 [[nodiscard]] RAYGRAPH_API DenoiseFeatures FeaturesOf(Renderer& renderer, const DenoiseInputs& inputs);
 
-// The variance of the mean in each channel, rgba32f.
+// Returns the variance of the target in each channel, rgba32f.
 [[nodiscard]] RAYGRAPH_API TextureId NoiseOfMean(Renderer& renderer, const DenoiseInputs& inputs,
                                                  const DenoiseFeatures& features,
                                                  const DenoiseSettings& settings);
 
-// Returns the first fit of `guide`, the target, at each pixel, rgba32f; w of both is their variance as
-// weights use it.
+// Returns the first estimate of the regression, rgba32f: a local fit to `guide`, the target, with weights
+// from patches of 3 x 3 pixels. w of both is their variance, the mean over the channels.
 [[nodiscard]] RAYGRAPH_API TextureId Pilot(Renderer& renderer, TextureId guide,
                                            const DenoiseFeatures& features);
 
-// Estimates of the mean with larger and larger bandwidths, by weights from the first fit, and less of pixels
-// that are much noisier than the fitted one. w is the share that the pixel's own value has in it.
+// Returns three estimates of the mean, rgba32f, with bandwidths of 0.7, 1.4 and 2.8 standard deviations of
+// `pilot`. Pixels that are much noisier than the fitted one count for less. w is the pixel's own weight in
+// the estimate, from 0 to 1.
 using DenoiseCandidates = std::array<TextureId, 3>;
 [[nodiscard]] RAYGRAPH_API DenoiseCandidates Candidates(Renderer& renderer, TextureId mean, TextureId guide,
                                                         TextureId pilot, const DenoiseFeatures& features,
                                                         uint32_t samples);
 
-// Mixes candidates by their estimated errors around each pixel.
+// Returns a mixture of the candidates, rgba32f, by their estimated errors around each pixel. w is the pixel's
+// own weight.
 [[nodiscard]] RAYGRAPH_API TextureId MixByError(Renderer& renderer, TextureId mean, TextureId noise,
                                                 const DenoiseCandidates& candidates);
 
-// Blends an estimate of the mean, as a candidate or PredictDenoised is one, with the mean. `noise` is the
-// variance of the mean, more the more samples there are: estimates of the noise then tell less than those
-// of the estimate's error. Of a single sample, noise is a guess, and the mean is not used.
+// Returns an estimate of the mean (a candidate, or the result of MixByError or PredictDenoised) blended with
+// the mean. The mean's weight is 1 - margin * (removed noise) / (squared difference of estimate and mean), at
+// least 0, both summed over 9 x 9 pixels. `noise` is that of NoiseOfMean. The margin is 1.6 up to 256 samples
+// and falls to 1 with more, so that the result tends to the mean. The noise of a single sample is a guess:
+// then the result is the estimate.
 [[nodiscard]] RAYGRAPH_API TextureId BlendByError(Renderer& renderer, const DenoiseInputs& inputs,
                                                   TextureId noise, TextureId estimate, uint32_t samples);
 

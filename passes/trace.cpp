@@ -218,6 +218,7 @@ GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSetti
         .normal = texture("guides.normal"),
         .seen = texture("guides.seen"),
         .seenByAll = texture("guides.seenByAll"),
+        .seenSquares = texture("guides.seenSquares"),
     };
     TraceSettings unlit = settings;
     unlit.lights.isOn = false;  // no light sampling
@@ -239,6 +240,7 @@ GuideIds TraceGuides(Renderer& renderer, const SceneIds& scene, const TraceSetti
             guides.normal = pass.Writes("normal", guides.normal);
             guides.seen = pass.Writes("seen", guides.seen);
             guides.seenByAll = pass.Writes("seenByAll", guides.seenByAll);
+            guides.seenSquares = pass.Writes("seenSquares", guides.seenSquares);
             pass.Dividable();
         },
         [traced, constants](CommandList& commands) mutable {

@@ -237,9 +237,10 @@ enum class FilmPosition : uint8_t {
 struct GuideIds {
     TextureId albedo, normal;  // as PrimaryHits returns them
     // Radiance that reaches the camera without being scattered: a part of the radiance of Trace, for the same
-    // samples, and by further ones where it varies within the pixel. Elsewhere both are of few samples and
-    // equal. 0 from within media, and with more than kMostSeenSamples, which leave little noise in it.
-    TextureId seen, seenByAll;
+    // samples, and by further ones where it varies within the pixel; the mean square of the former. Elsewhere
+    // they are of few samples. All are 0 from within media, and with more than kMostSeenSamples, which leave
+    // little noise in it; then albedo and normal are of few samples everywhere.
+    TextureId seen, seenByAll, seenSquares;
 };
 inline constexpr uint32_t kMostSeenSamples = 1024;
 

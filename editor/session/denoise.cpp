@@ -7,6 +7,7 @@
 #include "editor/session/file/render_file_parts.h"
 #include "editor/session/oidn.h"
 #include "editor/session/settings/parse.h"
+#include "passes/denoise_network.h"
 #include "passes/pixel_list.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/graph/renderer.h"
@@ -20,8 +21,17 @@ std::string NotDenoisableReason(const RenderFile& render) {
     if (render.adaptive) return "it is adaptive, and its pixels have different numbers of samples";
     if (render.variance.empty()) return "it has no channel variance.R";
     if (render.denoising.albedo.empty() && (render.albedo.empty() || render.normal.empty()))
-        return "it lacks the channels of --aov denoising, and those of --aov albedo,normal";
+        return "it has neither the channels of --aov denoising nor those of --aov albedo,normal. Render it "
+               "again with --aov denoising";
     return {};
+}
+
+void WarnIfTooLarge(const rhi::DeviceInfo& device, Extent2D extent, passes::Denoiser denoiser,
+                    const Log& log) {
+    if (denoiser == passes::Denoiser::Network && !passes::FitsNetwork(device, extent))
+        WriteLog(log, LogLevel::Warning, log_category::kScene,
+                 "{} pixels are too many for the denoiser's network on {}; the regression is used instead",
+                 ToText(extent), device.name);
 }
 
 image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::TonemapSettings& tonemap,
@@ -32,6 +42,8 @@ image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::Ton
     if (std::max(render.size.width, render.size.height) > most)
         throw MakeError(ErrorKind::BadInput, "{} pixels are more than a texture of the device has, {}x{}",
                         ToText(render.size), most, most);
+    if (denoiser != FileDenoiser::Oidn)
+        WarnIfTooLarge(device.Info(), render.size, static_cast<passes::Denoiser>(denoiser), device.Log());
     const Texels byOidn = denoiser == FileDenoiser::Oidn ? DenoiseByOidn(render) : Texels();
     Renderer renderer(device);
     renderer.BeginFrame();
@@ -50,7 +62,8 @@ image::Image8 Denoise(rhi::Device& device, RenderFile& render, const passes::Ton
             .seen = {}};
         if (!planes.firstHalf.empty()) inputs.firstHalf = upload("firstHalf", planes.firstHalf);
         if (!planes.seen.empty())
-            inputs.seen = {upload("seen", planes.seen), upload("seenByAll", planes.seenByAll)};
+            inputs.seen = {upload("seen", planes.seen), upload("seenByAll", planes.seenByAll),
+                           upload("seenSquares", planes.seenSquares)};
         return passes::Denoise(renderer, inputs,
                                {static_cast<uint32_t>(SampleCount(render.samples)), planes.firstSamples,
                                 static_cast<passes::Denoiser>(denoiser)});

@@ -28,8 +28,12 @@ RAYGRAPH_API std::string NotDenoisableReason(const RenderFile& render);
 // A file is denoised by one of the denoisers of passes, which keep their numbers, or by a library.
 #define RAYGRAPH_FILE_DENOISERS(X, Of) \
     RAYGRAPH_DENOISERS(X, Of)          \
-    X(Of, Oidn, 2, "oidn", "Open Image Denoise, if installed; only for `raygraph denoise`")
+    X(Of, Oidn, 2, "oidn", "Intel Open Image Denoise on the CPU, if installed")
 RAYGRAPH_CHOICE(FileDenoiser, RAYGRAPH_FILE_DENOISERS)
+
+// Warns if a picture is too large for Denoiser::Network on the device, and is denoised by the regression.
+RAYGRAPH_API void WarnIfTooLarge(const rhi::DeviceInfo& device, Extent2D extent, passes::Denoiser denoiser,
+                                 const Log& log);
 
 // Sets the denoised radiance, which with Aov::Denoising is that of SessionDesc::isDenoised to the bit, unless
 // the file is of half floats or was merged, or the denoiser is Oidn (oidn.h). Returns it as Session::Display

@@ -78,6 +78,9 @@ struct Session::Impl {
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
         if (desc.tracing.traversal == Traversal::Software && !shared.DriverTraversalReason().empty())
             WarnDriverTraversal(devices.front()->Log(), shared.DriverTraversalReason());
+        if (desc.isDenoised)
+            WarnIfTooLarge(devices.front()->Info(), RenderedPart(desc.settings).Extent(), desc.denoiser,
+                           devices.front()->Log());
         Begin(desc.resumed);
     }
 

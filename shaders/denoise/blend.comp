@@ -1,6 +1,6 @@
-// The mean, shrunk towards the estimate as James and Stein (1961) do: by the share of the squared difference
-// around the pixel that noise explains. What noise does not explain is an error of the estimate. What the
-// camera sees directly is known better by further samples.
+// Writes the mean, shrunk towards the estimate as James and Stein (1961) do: by the share of the squared
+// difference around the pixel that noise explains. The rest is an error of the estimate. Radiance that the
+// camera sees directly is replaced by the mean over further samples.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -15,8 +15,8 @@ layout(set = 0, binding = 4, rgba32f) readonly uniform image2D seenByAll;
 layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D denoised;
 
 layout(push_constant) uniform Constants {
-    float margin;   // raises the share, by the fluctuation that sums over the window have
-    uint isSingle;  // one sample: its noise is a guess
+    float margin;   // factor >= 1 on the removed noise, for the randomness of sums over 9 x 9 pixels
+    uint isSingle;  // 1 for a single sample, whose noise is a guess
 } constants;
 
 void main() {

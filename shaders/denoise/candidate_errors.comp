@@ -1,6 +1,6 @@
-// Stein's unbiased estimate of the squared error of estimates of the picture, one number a pixel each: the
-// squared difference to the mean, minus the noise of the mean, plus twice what both have in common. That is
-// more than the share of the pixel's own value, on which the weights depend too.
+// Writes the squared error of each candidate, by Stein's unbiased risk estimate (Stein 1981):
+// |f - y|^2 - s^2 + 2 s^2 df/dy, for the estimate f, the mean y and the variance s^2 of the mean. df/dy is
+// taken as twice the pixel's own weight, because the weights depend on y, too.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -14,12 +14,12 @@ layout(set = 0, binding = 3, rgba32f) readonly uniform image2D medium;
 layout(set = 0, binding = 4, rgba32f) readonly uniform image2D smoothed;
 layout(set = 0, binding = 5, rgba32f) writeonly uniform image2D errors;
 
-const float kInCommon = 2.0f;  // in own shares
+const float kPerOwnWeight = 2.0f;  // df/dy
 
 float ErrorOf(vec4 candidate, vec3 value, vec3 variance, vec3 weight) {
     vec3 difference = candidate.xyz - value;
-    float share = min(kInCommon * candidate.w, 1.0f);
-    return Sum((difference * difference - variance * (1.0f - 2.0f * share)) * weight);
+    float slope = min(kPerOwnWeight * candidate.w, 1.0f);
+    return Sum((difference * difference - variance * (1.0f - 2.0f * slope)) * weight);
 }
 
 void main() {

@@ -1,6 +1,6 @@
-// Two estimates of the squared error of the mean, each a number a pixel: by the difference of the means of
-// both halves of the samples, and by the variance of a sample. Their local ratio is how much better than
-// independent samples the sampler is.
+// Writes two estimates of the squared error of the mean, each a number a pixel: by the difference of the
+// means of both halves of the samples, and by the variance of a sample. Their local ratio is how much better
+// than independent samples the sampler is. Both are 0 where the variance is mostly that of lights.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "denoise/denoise.glsl"
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D mean;
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D variance;
+layout(set = 0, binding = 1, rgba32f) readonly uniform image2D variance;  // denoise/variance.comp
 layout(set = 0, binding = 2, rgba32f) readonly uniform image2D firstHalf;
 layout(set = 0, binding = 3, rg32f) writeonly uniform image2D errors;
 
@@ -28,8 +28,8 @@ void main() {
     vec3 weight = ErrorWeight(smoothed);
     vec3 difference =
         FiniteOr0(imageLoad(firstHalf, pixel).xyz) - FiniteOr0(imageLoad(mean, pixel).xyz);
-    vec3 sampled = max(FiniteOr0(imageLoad(variance, pixel).xyz), vec3(0.0f));
+    vec4 sampled = imageLoad(variance, pixel);
     imageStore(errors, pixel,
-               vec4(constants.byHalf * Sum(difference * difference * weight),
-                    constants.perSample * Sum(sampled * weight), 0.0f, 0.0f));
+               sampled.w * vec4(constants.byHalf * Sum(difference * difference * weight),
+                                constants.perSample * Sum(sampled.xyz * weight), 0.0f, 0.0f));
 }

@@ -1,8 +1,8 @@
-// The variance of the mean in each channel: that of a sample by their count, scaled by what half_error.comp
-// found around the pixel; of a single sample, the variance among similar surfaces around it.
+// Writes the variance of the mean in each channel: that of a sample over their count n, times what
+// half_error.comp has found around the pixel; of a single sample, the variance among similar surfaces around.
 //
-// If the error falls with n^-(1 + rate), the two halves overestimate it by 2^rate, and the ratio to the
-// variance of a sample over n is (n / 2)^-rate, from which the rate is known.
+// Suppose that the squared error is c n^-(1 + r). Each half then has c (n / 2)^-(1 + r), so that the halves
+// estimate 2^r times the error. Divided by variance / n, this is (n / 2)^-r, which gives r.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -10,7 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #include "denoise/denoise.glsl"
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D target;
-layout(set = 0, binding = 1, rgba32f) readonly uniform image2D variance;
+layout(set = 0, binding = 1, rgba32f) readonly uniform image2D variance;  // denoise/variance.comp
 layout(set = 0, binding = 2, rg32f) readonly uniform image2D errors;
 layout(set = 0, binding = 3, rgba32f) readonly uniform image2D albedoFeature;
 layout(set = 0, binding = 4, rgba32f) readonly uniform image2D normalFeature;
@@ -60,7 +60,6 @@ void main() {
     if (constants.perSample >= 1.0f)
         result = VarianceAround(pixel, size);
     else
-        result = max(FiniteOr0(imageLoad(variance, pixel).xyz), vec3(0.0f)) * constants.perSample *
-                 Ratio(pixel, size);
+        result = imageLoad(variance, pixel).xyz * constants.perSample * Ratio(pixel, size);
     imageStore(noise, pixel, vec4(result, 0.0f));
 }

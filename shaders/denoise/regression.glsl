@@ -48,8 +48,8 @@ mat4 WithRidge(mat4 squares, float weight) {
     return squares;
 }
 
-// Returns the value of the fit, and in w the share that the pixel's own target has in it. The equations are
-// solved about the mean terms, by the Schur complement of their first half.
+// Returns the value of the fit at the pixel itself, whose terms are 0, and in w the weight of the pixel's own
+// target in it. The equations are solved about the mean terms, by the Schur complement of their first half.
 vec4 Fit(Sums sums) {
     float perWeight = 1.0f / sums.weight;
     vec4 u = sums.u * perWeight, v = sums.v * perWeight;

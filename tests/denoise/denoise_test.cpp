@@ -261,6 +261,58 @@ TEST_F(Denoising, NoiseIsScaledByTheDifferenceOfBothHalves) {
     EXPECT_EQ(Noise(extent, render, {64, 48})[0], 0.0f);
 }
 
+// In the left part, each of eight samples sees a light or finds other radiance with noise. Its halves, which
+// agree, must not tell how noisy the right part is.
+TEST_F(Denoising, NoiseIsThatOfWhatIsNotSeenDirectly) {
+    const Extent2D extent{40, 1};
+    constexpr uint32_t kSamples = 8, kLit = 20;
+    std::mt19937 generator(5);
+    std::normal_distribution<double> noise(1.0, 0.3);
+    Render render = Noisy(extent, Filled(extent, {1, 1, 1, 1}), 0.0f, 2);
+    Picture seen = Filled(extent, {}), squares = seen, expected = seen;
+    for (uint32_t x = 0; x < extent.width; ++x) {
+        double mean = 0.0, square = 0.0, meanOfRest = 0.0, squareOfRest = 0.0, light = 0.0;
+        for (uint32_t i = 0; i < kSamples; ++i) {
+            const bool isLit = x < kLit && generator() % 2 == 0;
+            const double value = isLit ? 20.0 : noise(generator), rest = isLit ? 0.0 : value;
+            mean += value / kSamples;
+            square += value * value / kSamples;
+            meanOfRest += rest / kSamples;
+            squareOfRest += rest * rest / kSamples;
+            light += isLit ? value / kSamples : 0.0;
+        }
+        const double unbiased = double{kSamples} / (kSamples - 1);
+        for (size_t c = 4 * size_t{x}; c < 4 * size_t{x} + 3; ++c) {
+            render.mean[c] = static_cast<float>(mean);
+            render.firstHalf[c] = render.mean[c] + (x < kLit ? 0.0f : 0.02f);
+            render.variance[c] = static_cast<float>(unbiased * (square - mean * mean));
+            seen[c] = static_cast<float>(light);
+            squares[c] = 20.0f * seen[c];
+            expected[c] = static_cast<float>(unbiased * (squareOfRest - meanOfRest * meanOfRest)) / kSamples;
+        }
+    }
+    const auto noiseOf = [&](uint32_t firstSamples) {
+        return harness
+            .Run([&](PassHarness& h) {
+                DenoiseInputs inputs = Inputs(extent, render);
+                if (firstSamples == 0) inputs.firstHalf = {};
+                const TextureId bySamples = Texture("seen", extent, seen);
+                inputs.seen = {bySamples, bySamples, Texture("seenSquares", extent, squares)};
+                return passes::NoiseOfMean(h.Graph(), inputs, passes::FeaturesOf(h.Graph(), inputs),
+                                           {kSamples, firstSamples});
+            })
+            .values;
+    };
+    const Picture independent = noiseOf(0);
+    for (size_t i = 0; i < expected.size(); i += 4) EXPECT_NEAR(independent[i], expected[i], 5e-4f) << i;
+    const Picture scaled = noiseOf(4);
+    const auto ratioAt = [&](uint32_t x) { return scaled[4 * size_t{x}] / independent[4 * size_t{x}]; };
+    const float alone = ratioAt(kLit + 8);
+    EXPECT_GT(alone, 0.0f);
+    EXPECT_LT(alone, 0.5f);
+    EXPECT_GT(ratioAt(kLit), 0.2f * alone);
+}
+
 TEST_F(Denoising, NoiseOfASingleSampleIsTheVarianceOfItsNeighborsOnTheSameSurface) {
     const Extent2D extent{16, 9};
     Render render = Noisy(
@@ -373,7 +425,8 @@ TEST_F(Denoising, NoiseOfWhatIsSeenIsThatOfFurtherSamples) {
         for (size_t i = 0; i < bySamples.size(); ++i) (render.*which)[i] += bySamples[i];
     const Texels out = harness.Run([&](PassHarness& h) {
         DenoiseInputs inputs = Inputs(extent, render);
-        inputs.seen = {Texture("seen", extent, bySamples), Texture("seenByAll", extent, byAll)};
+        inputs.seen = {Texture("seen", extent, bySamples), Texture("seenByAll", extent, byAll),
+                       Texture("seenSquares", extent, Filled(extent, {}))};
         return passes::Denoise(h.Graph(), inputs, {16, 8});
     });
     for (size_t i = 0; i < out.values.size(); ++i) {
@@ -527,6 +580,33 @@ TEST_F(Denoising, WrongInputsAreUsageErrors) {
                  Error);
 }
 
+namespace {
+
+struct WithGuides {
+    passes::GuideIds guides;
+    TextureId denoised;
+};
+
+// `settings` have the samples that were accumulated, with their squares.
+WithGuides Denoised(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                    const passes::Accumulation& samples) {
+    const passes::AccumulatedIds picture = passes::Resolve(renderer, samples, settings.extent, true);
+    const passes::GuideIds guides =
+        passes::TraceGuides(renderer, scene, settings, picture.mean, picture.variance);
+    const TextureId denoised = passes::Denoise(
+        renderer,
+        {.mean = picture.mean,
+         .variance = picture.variance,
+         .albedo = guides.albedo,
+         .normal = guides.normal,
+         .firstHalf = {},  // the mean of the first half of the samples, if it was kept
+         .seen = passes::DenoiseInputs::Seen{guides.seen, guides.seenByAll, guides.seenSquares}},
+        {.samples = settings.sampleCount});
+    return {guides, denoised};
+}
+
+}  // namespace
+
 // A black light scatters nothing: what is seen is all of the radiance. Some pixels at its edges are covered
 // by less than a sixteenth.
 TEST_F(Denoising, SeenIsTheRadianceOfTheSameSamplesAndNearsItsMeanWithFurtherOnes) {
@@ -546,18 +626,20 @@ TEST_F(Denoising, SeenIsTheRadianceOfTheSameSamplesAndNearsItsMeanWithFurtherOne
         render.renderer.Execute();
         render.renderer.BeginFrame();
         const SceneIds ids = render.Declare();
-        const passes::AccumulatedIds picture = passes::Resolve(render.renderer, accumulation, {24, 24}, true);
-        const passes::GuideIds guides =
-            passes::TraceGuides(render.renderer, ids, some, picture.mean, picture.variance);
-        const Readback readbacks[] = {render.renderer.ReadBack(guides.seen),
-                                      render.renderer.ReadBack(guides.seenByAll)};
+        const auto [guides, denoised] = Denoised(render.renderer, ids, some, accumulation);
+        const Readback readbacks[] = {
+            render.renderer.ReadBack(guides.seen), render.renderer.ReadBack(guides.seenByAll),
+            render.renderer.ReadBack(guides.seenSquares), render.renderer.ReadBack(denoised)};
         render.renderer.Execute();
         const FloatImage mean = render.Render(settings, count).mean, seen = ToFloatImage(readbacks[0]),
-                         byAll = ToFloatImage(readbacks[1]);
+                         byAll = ToFloatImage(readbacks[1]), squares = ToFloatImage(readbacks[2]),
+                         shown = ToFloatImage(readbacks[3]);
         double before = 0.0, after = 0.0;
         for (size_t i = 0; i < mean.values.size(); ++i) {
             // A light that covers almost all of a pixel may seem to cover all of it
             EXPECT_NEAR(seen.values[i].x, mean.values[i].x, 0.05f * mean.values[i].x + 1e-5f) << count;
+            EXPECT_NEAR(squares.values[i].x, 4.0f * seen.values[i].x, 1e-4f) << "the light has 4 or 0";
+            EXPECT_NEAR(shown.values[i].x, mean.values[i].x - seen.values[i].x + byAll.values[i].x, 1e-5f);
             before += std::pow(double(mean.values[i].x) - truth.values[i].x, 2);
             after += std::pow(
                 double(mean.values[i].x) - seen.values[i].x + byAll.values[i].x - truth.values[i].x, 2);

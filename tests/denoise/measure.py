@@ -198,7 +198,7 @@ def main():
             if count == 64:
                 details.append([scene, *(f"{e:.5f}" for e in errors)] +
                                [f"{of(truth, x):.3f}" for of in (flip, ssim) for x in pictures] +
-                               [f"{100 * (x.mean() / pictures[0].mean() - 1):+.2f} %" for x in pictures[1:]])
+                               [f"{x.mean() / pictures[0].mean():.3f}" for x in pictures[1:]])
         for denoiser in DENOISERS:
             rows[denoiser].append(gains[denoiser])
             print(denoiser, *gains[denoiser], flush=True)

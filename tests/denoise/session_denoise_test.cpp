@@ -107,6 +107,7 @@ TEST_F(DenoisingSession, FileIsDenoisedToTheBitsOfTheSession) {
                  std::function([](DenoisingPlanes& p) { p.firstSamples = 8; }),
                  std::function([](DenoisingPlanes& p) { p.seen = p.albedo; }),
                  std::function([](DenoisingPlanes& p) { p.seenByAll = p.albedo; }),
+                 std::function([](DenoisingPlanes& p) { p.seenSquares.assign(p.albedo.size(), 1e3f); }),
              }) {
             RenderFile other = read;
             change(other.denoising);
@@ -152,7 +153,7 @@ TEST_F(DenoisingSession, PlanesOfTheDenoiserAreReadBackAndMergedByTheirCounts) {
         Texels texels(render.radiance.size(), 0.0f);
         for (size_t i = 0; i < texels.size(); ++i)
             if (i % 4 != 3) texels[i] = value + static_cast<float>(i);
-        render.denoising = {texels, texels, {}, ofFirstHalf, texels, texels};
+        render.denoising = {texels, texels, {}, ofFirstHalf, texels, texels, texels};
         if (ofFirstHalf > 0) render.denoising.firstHalf = texels;
         return render;
     };
@@ -208,11 +209,12 @@ TEST_F(DenoisingSession, FilesThatCannotBeDenoisedSayWhy) {
     const auto expect = [](const std::string& text, const std::string& part) {
         EXPECT_NE(text.find(part), std::string::npos) << text;
     };
-    expect(reason([](RenderFile& r) { r.denoising = {}; }), "lacks the channels of --aov denoising");
+    expect(reason([](RenderFile& r) { r.denoising = {}; }), "neither the channels of --aov denoising");
     expect(reason([](RenderFile& r) { r.variance.clear(); }), "variance.R");
     expect(reason([](RenderFile& r) { r.settings["view"] = "raster"; }), "the view raster");
     for (const auto& change : {std::function([](DenoisingPlanes& p) { p.normal.clear(); }),
                                std::function([](DenoisingPlanes& p) { p.seen.clear(); }),
+                               std::function([](DenoisingPlanes& p) { p.seenSquares.clear(); }),
                                std::function([](DenoisingPlanes& p) { p.firstSamples = 0; }),
                                std::function([](DenoisingPlanes& p) { p.firstHalf.clear(); })})
         expect(reason([&](RenderFile& r) { change(r.denoising); }), "are incomplete");
@@ -238,6 +240,19 @@ TEST_F(DenoisingSession, WhatCannotBeDenoisedIsRefused) {
     guided.aovs = {Aov::Denoising};
     for (const SessionDesc& desc : {Desc(true), guided})
         EXPECT_THROW(Session(twice, Cornell(), desc), SettingError);
+}
+
+TEST(DenoisingLimit, PictureThatGetsTheRegressionInsteadOfTheNetworkIsWarnedOf) {
+    const rhi::DeviceInfo device{.name = "small", .maxStorageBufferBytes = 56 * 20 * 10};
+    std::string warned;
+    const Log log([&](const LogMessage& message) { warned += message.text; }, LogLevel::Warning);
+    WarnIfTooLarge(device, {20, 10}, passes::Denoiser::Network, log);
+    WarnIfTooLarge(device, {22, 10}, passes::Denoiser::Regression, log);
+    EXPECT_EQ(warned, "");
+    WarnIfTooLarge(device, {22, 10}, passes::Denoiser::Network, log);
+    EXPECT_EQ(
+        warned,
+        "22x10 pixels are too many for the denoiser's network on small; the regression is used instead");
 }
 
 }  // namespace raygraph::session::session_denoise_test

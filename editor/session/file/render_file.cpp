@@ -626,6 +626,7 @@ std::string FirstFlaw(const RenderFile& render) {
 std::string FlawOfDenoising(const RenderFile& render) {
     const DenoisingPlanes& planes = render.denoising;
     if (planes.albedo.empty() != planes.normal.empty() || planes.seen.empty() != planes.seenByAll.empty() ||
+        planes.seen.empty() != planes.seenSquares.empty() ||
         planes.firstHalf.empty() != (planes.firstSamples == 0) ||
         (planes.albedo.empty() && !(planes.seen.empty() && planes.firstHalf.empty())))
         return "its channels of --aov denoising are incomplete";

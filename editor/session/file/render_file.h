@@ -56,9 +56,9 @@ struct RenderSums {
 // denoised from its file. w is not stored. All are empty without Aov::Denoising.
 struct DenoisingPlanes {
     Texels albedo, normal;
-    Texels firstHalf;           // mean of the first samples of the radiance; empty with few samples
-    uint32_t firstSamples = 0;  // samples of firstHalf
-    Texels seen, seenByAll;     // empty if the shutter is open for some time
+    Texels firstHalf;                     // mean of the first samples of the radiance; empty with few samples
+    uint32_t firstSamples = 0;            // samples of firstHalf
+    Texels seen, seenByAll, seenSquares;  // empty if the shutter is open for some time
 };
 
 struct RenderFile {

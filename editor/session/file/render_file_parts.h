@@ -71,6 +71,7 @@ inline auto DenoisingChannels() {
         {ColorChannels("denoising.first_half"), &DenoisingPlanes::firstHalf},
         {ColorChannels("denoising.seen"), &DenoisingPlanes::seen},
         {ColorChannels("denoising.seen_by_all"), &DenoisingPlanes::seenByAll},
+        {ColorChannels("denoising.seen_squares"), &DenoisingPlanes::seenSquares},
     });
 }
 

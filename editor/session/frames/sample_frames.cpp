@@ -269,7 +269,7 @@ passes::DenoiseInputs SampleFrames::DeclareDenoiseInputs(const passes::Accumulat
         inputs.albedo = guides.albedo;
         inputs.normal = guides.normal;
         // The guides trace one range of samples: a picture with gaps has others
-        if (m_samples.size() == 1) inputs.seen = {guides.seen, guides.seenByAll};
+        if (m_samples.size() == 1) inputs.seen = {guides.seen, guides.seenByAll, guides.seenSquares};
     }
     if (firstHalf.SampleCount() > 0)
         inputs.firstHalf = passes::Resolve(m_renderer, firstHalf, Size(), false).mean;
@@ -288,6 +288,7 @@ void SampleFrames::ReadBackDenoising(const passes::DenoiseInputs& inputs, uint32
     if (!inputs.seen) return;
     readBack(&DenoisingPlanes::seen, inputs.seen->bySamples);
     readBack(&DenoisingPlanes::seenByAll, inputs.seen->byAll);
+    readBack(&DenoisingPlanes::seenSquares, inputs.seen->squares);
 }
 
 TextureId SampleFrames::DeclareDisplay(TextureId mean) {

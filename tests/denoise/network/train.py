@@ -52,8 +52,8 @@ def box_sum(planes, radius):
     return windows(planes, radius, lambda parts: sum(part for part, _ in parts))
 
 
-def noise_of(target, mean, variance, half, albedo, normal, count, first):
-    """The variance of the mean, as passes::NoiseOfMean has it (shaders/denoise/noise.comp)."""
+def noise_of(target, mean, variance, is_most, half, albedo, normal, count, first):
+    """The variance of the mean, as passes::NoiseOfMean has it (shaders/denoise/noise.comp, half_error.comp)."""
     if count == 1:
         def gradient(planes):
             padded = numpy.pad(planes, [(0, 0), (1, 1), (1, 1)], mode="edge")
@@ -78,8 +78,8 @@ def noise_of(target, mean, variance, half, albedo, normal, count, first):
         return variance / count
     inside = box_sum(numpy.ones(mean.shape[1:]), 3)
     weight = 1 / ((box_sum(mean, 3) / inside) ** 2 + 0.01)
-    by_half = first / ((count - first) * 1.17) * ((half - mean) ** 2 * weight).sum(0)
-    sampled = (variance / count * weight).sum(0)
+    by_half = is_most * first / ((count - first) * 1.17) * ((half - mean) ** 2 * weight).sum(0)
+    sampled = is_most * (variance / count * weight).sum(0)
     sums = box_sum(numpy.stack([by_half, sampled]), 7)
     ratio = numpy.where(sums[1] > 0, numpy.minimum(sums[0] / numpy.maximum(sums[1], 1e-30), 1), 0)
     samples = min(first, count - first)
@@ -87,6 +87,17 @@ def noise_of(target, mean, variance, half, albedo, normal, count, first):
         with numpy.errstate(divide="ignore"):
             ratio = ratio * numpy.exp2(numpy.minimum(numpy.log(ratio) / math.log(samples), 0))
     return variance / count * ratio
+
+
+def variance_of_target(mean, variance, seen, squares, count):
+    """Of a sample, as shaders/denoise/variance.comp computes it, and whether it is most of the variance."""
+    rest = variance
+    if count > 1:
+        added, rounding = squares - seen**2 - 2 * seen * (mean - seen), 4e-6 * squares
+        light = numpy.where(added > rounding, added + rounding, 0)
+        rest = numpy.maximum(variance - count / (count - 1) * light, 0)
+    weight = 1 / (mean**2 + 0.01)
+    return rest, 2 * (rest * weight).sum(0) >= (variance * weight).sum(0)
 
 
 def first_samples(file):
@@ -108,8 +119,10 @@ def planes_of(file):
     mean, seen, by_all = three(""), three("denoising.seen."), three("denoising.seen_by_all.")
     albedo, normal = three("denoising.albedo."), three("denoising.N.", "XYZ")
     target = mean - seen
-    noise = noise_of(target, mean, numpy.maximum(three("variance."), 0), three("denoising.first_half."), albedo, normal,
-                     count, first_samples(file))
+    variance, is_most = variance_of_target(mean, numpy.maximum(three("variance."), 0), seen,
+                                           three("denoising.seen_squares."), count)
+    noise = noise_of(target, mean, variance, is_most, three("denoising.first_half."), albedo, normal, count,
+                     first_samples(file))
     return numpy.concatenate([target, noise, albedo, normal, three("denoised.") - by_all, by_all]), count
 
 
