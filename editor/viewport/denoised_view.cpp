@@ -30,13 +30,15 @@ uint32_t DenoisedView::Next(uint32_t last, double cost) {
     return Rounded(last + std::max(kGrowth * last, std::max(kCostShare * cost, 1.0)));
 }
 
-DenoisedView::State DenoisedView::StateFor(const passes::Accumulation& samples) const {
-    if (m_state.resetCount != samples.ResetCount() || m_state.samples > samples.Declared().sampleCount)
-        return {.resetCount = samples.ResetCount()};
-    return m_state;
+bool DenoisedView::IsStale(const passes::Accumulation& samples) const {
+    return m_state.resetCount != samples.ResetCount() || m_state.samples > samples.Declared().sampleCount;
 }
 
-uint32_t DenoisedView::Due(const State& state) const {
+DenoisedView::State DenoisedView::StateFor(const passes::Accumulation& samples) const {
+    return IsStale(samples) ? State{.resetCount = samples.ResetCount()} : m_state;
+}
+
+uint32_t DenoisedView::NextUpdate(const State& state) const {
     return state.samples == 0 ? First(m_cost) : Next(state.samples, m_cost);
 }
 
@@ -44,7 +46,7 @@ uint32_t DenoisedView::NextStop(const passes::Accumulation& samples) const {
     const uint32_t count = samples.SampleCount();
     const uint32_t half = std::max(std::bit_ceil(count + 1), kLeastHalf);
     const State state = StateFor(samples);
-    return state.pending > 0 ? half : std::min(std::max(Due(state), count + 1), half);
+    return state.samplesInProgress > 0 ? half : std::min(std::max(NextUpdate(state), count + 1), half);
 }
 
 uint32_t DenoisedView::SampleCount(const passes::Accumulation& samples) const {
@@ -76,16 +78,17 @@ TextureId DenoisedView::Input(Renderer& renderer, Extent2D extent, const char* n
 size_t DenoisedView::HalfFor(Renderer& renderer, Extent2D extent, const State& state, uint32_t count) const {
     size_t best = kNoHalf;
     for (size_t i = 0; i < kNoHalf; ++i) {
-        const uint64_t samples = state.halves[i];
+        const uint64_t samples = state.keptMeans[i];
         const bool isAboutHalf = 3 * samples <= uint64_t{2} * count && 4 * samples >= count;
         if (samples == 0 || !isAboutHalf || renderer.IsFresh(Half(renderer, extent, i))) continue;
-        if (best == kNoHalf || samples > state.halves[best]) best = i;
+        if (best == kNoHalf || samples > state.keptMeans[best]) best = i;
     }
     return best;
 }
 
 DenoisedView::Ids DenoisedView::DeclareLast(Renderer& renderer, Extent2D extent,
                                             const passes::Accumulation& samples) {
+    if (IsStale(samples)) Release(renderer);
     const uint32_t count = SampleCount(samples);
     if (count == 0) return {};
     const TextureId kept = renderer.Persist(m_name, {extent, Format::Rgba32Float});
@@ -96,16 +99,16 @@ DenoisedView::Ids DenoisedView::DeclareLast(Renderer& renderer, Extent2D extent,
 std::optional<size_t> DenoisedView::KeepHalf(Renderer& renderer, const passes::AccumulatedIds& radiance,
                                              const State& state, uint32_t count) {
     if (!IsHalf(state, count)) return {};
-    const size_t i = state.halves[0] < state.halves[1] ? 0 : 1;
+    const size_t i = state.keptMeans[0] < state.keptMeans[1] ? 0 : 1;
     static_cast<void>(
         Keep(renderer, radiance.mean, Half(renderer, renderer.Desc(radiance.mean).extent, i),
-             [this, resets = state.resetCount, i, count] { StateOf(resets).halves[i] = count; }));
+             [this, resets = state.resetCount, i, count] { StateOf(resets).keptMeans[i] = count; }));
     return i;
 }
 
 bool DenoisedView::IsHalf(const State& state, uint32_t count) {
     return std::has_single_bit(count) && count >= kLeastHalf &&
-           count > std::max(state.halves[0], state.halves[1]);
+           count > std::max(state.keptMeans[0], state.keptMeans[1]);
 }
 
 // Returns the inputs in textures of their own, which do not change while the picture is made.
@@ -121,7 +124,7 @@ DenoisedView::Inputs DenoisedView::KeepInputs(Renderer& renderer, const Inputs& 
 DenoisedView::Inputs DenoisedView::KeptInputs(Renderer& renderer, Extent2D extent, const State& state) const {
     Inputs kept{
         .mean = Input(renderer, extent, "mean"), .variance = Input(renderer, extent, "variance"), .half = {}};
-    if (state.pendingHalf > 0) kept.half = Input(renderer, extent, "half");
+    if (state.halfInProgress > 0) kept.half = Input(renderer, extent, "half");
     return kept;
 }
 
@@ -131,48 +134,47 @@ DenoisedView::Ids DenoisedView::Declare(Renderer& renderer, const SceneIds& scen
     const Extent2D extent = settings.extent;
     const Ids last = DeclareLast(renderer, extent, samples);
     State state = StateFor(samples);
-    // A begun picture is of no use for other samples, or if one is wanted in this frame
-    if (state.pending == 0 || request.isUrgent) {
-        renderer.Release(m_series);
-        state.pending = 0;
+    if (state.samplesInProgress == 0 || request.isUrgent) {
+        ReleaseProgress(renderer);
+        state.samplesInProgress = 0;
     }
     const uint32_t count = samples.Declared().cursor.IsAtStart() ? samples.Declared().sampleCount : 0;
-    const bool isBegun = state.pending == 0 && count > last.samples &&
-                         (request.isWanted || request.isUrgent || count >= Due(state));
-    const bool isDivided = state.pending > 0 || (request.frameMs > 0.0 && !request.isUrgent);
+    const bool isBegun = state.samplesInProgress == 0 && count > last.samples &&
+                         (request.isWanted || request.isUrgent || count >= NextUpdate(state));
+    const bool isDivided = state.samplesInProgress > 0 || (request.frameMs > 0.0 && !request.isUrgent);
     const PassId first = renderer.NextPass();
     Inputs inputs;
     if (IsHalf(state, count) || isBegun) {
         const passes::AccumulatedIds radiance = passes::Resolve(renderer, samples, extent, true);
         if (const std::optional<size_t> half = KeepHalf(renderer, radiance, state, count))
-            state.halves[*half] = count;
+            state.keptMeans[*half] = count;
         if (isBegun) {
             inputs = {.mean = radiance.mean, .variance = radiance.variance, .half = {}};
-            state.pending = count;
-            state.pendingHalf = 0;
+            state.samplesInProgress = count;
+            state.halfInProgress = 0;
             if (const size_t half = HalfFor(renderer, extent, state, count); half != kNoHalf) {
                 inputs.half = Half(renderer, extent, half);
-                state.pendingHalf = state.halves[half];
+                state.halfInProgress = state.keptMeans[half];
             }
             if (isDivided) inputs = KeepInputs(renderer, inputs);
         }
     }
-    if (state.pending == 0) return last;
+    if (state.samplesInProgress == 0) return last;
     if (!isBegun) inputs = KeptInputs(renderer, extent, state);
 
     renderer.BeginSeries(m_series, isDivided ? request.frameMs : 0.0);
     passes::TraceSettings all = settings;
-    all.sampleCount = state.pending;
+    all.sampleCount = state.samplesInProgress;
     const passes::GuideIds guides = passes::TraceGuides(renderer, scene, all, inputs.mean, inputs.variance);
-    const TextureId denoised =
-        passes::Denoise(renderer,
-                        {.mean = inputs.mean,
-                         .variance = inputs.variance,
-                         .albedo = guides.albedo,
-                         .normal = guides.normal,
-                         .firstHalf = inputs.half,
-                         .seen = passes::DenoiseInputs::Seen{guides.seen, guides.seenByAll}},
-                        {.samples = state.pending, .firstSamples = state.pendingHalf});
+    const TextureId denoised = passes::Denoise(
+        renderer,
+        {.mean = inputs.mean,
+         .variance = inputs.variance,
+         .albedo = guides.albedo,
+         .normal = guides.normal,
+         .firstHalf = inputs.half,
+         .seen = passes::DenoiseInputs::Seen{guides.seen, guides.seenByAll, guides.seenSquares}},
+        {.samples = state.samplesInProgress, .firstSamples = state.halfInProgress});
     const PassId end = renderer.NextPass();
     if (!request.mayWait && !renderer.PreparePipelines(first, end)) {
         renderer.CancelSeries();
@@ -187,28 +189,32 @@ DenoisedView::Ids DenoisedView::Declare(Renderer& renderer, const SceneIds& scen
     if (isComplete) {
         const uint64_t version = m_version + 1;
         ids.picture = Keep(renderer, denoised, renderer.Persist(m_name, {extent, Format::Rgba32Float}),
-                           [this, resets = state.resetCount, pending = state.pending, version] {
-                               StateOf(resets).samples = pending;
-                               StateOf(resets).pending = 0;
+                           [this, resets = state.resetCount, made = state.samplesInProgress, version] {
+                               StateOf(resets).samples = made;
+                               StateOf(resets).samplesInProgress = 0;
                                m_version = version;
                            });
-        ids.samples = state.pending;
+        ids.samples = state.samplesInProgress;
         ids.version = version;
     } else if (isBegun) {
         renderer.OnSubmitted([this, begun = state] {
             State& now = StateOf(begun.resetCount);
-            now.pending = begun.pending;
-            now.pendingHalf = begun.pendingHalf;
+            now.samplesInProgress = begun.samplesInProgress;
+            now.halfInProgress = begun.halfInProgress;
         });
     }
     return ids;
 }
 
-void DenoisedView::Release(Renderer& renderer) {
-    for (const std::string& name :
-         {m_name, HalfName(0), HalfName(1), InputName("mean"), InputName("variance"), InputName("half")})
-        renderer.Release(name);
+void DenoisedView::ReleaseProgress(Renderer& renderer) {
+    for (const char* input : {"mean", "variance", "half"}) renderer.Release(InputName(input));
     renderer.Release(m_series);
+}
+
+void DenoisedView::Release(Renderer& renderer) {
+    for (const std::string& name : {m_name, HalfName(0), HalfName(1)}) renderer.Release(name);
+    ReleaseProgress(renderer);
+    m_state = {};
 }
 
 }  // namespace raygraph::viewport

@@ -35,10 +35,8 @@ Viewport::~Viewport() {
     if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Release(m_impl->renderer);
     m_impl->raster.Release(m_impl->renderer);
-    m_impl->realTime.Release(m_impl->renderer);
-    m_impl->realTimeDisplay.Release(m_impl->renderer);
-    m_impl->denoised.Release(m_impl->renderer);
-    m_impl->denoisedDisplay.Release(m_impl->renderer);
+    m_impl->ReleaseRealTime();
+    m_impl->ReleaseDenoised();
     m_impl->pathTracedDisplay.Release(m_impl->renderer);
     m_impl->rasterDisplay.Release(m_impl->renderer);
     m_impl->compare.Release(m_impl->renderer);
@@ -248,8 +246,34 @@ using passes::ResetCause;
 
 // Limits how many frames without times are remembered; fewer are ever in flight.
 constexpr size_t kMaxTimedFrames = 16;
+// Limits how many frames a view keeps its memory in that do not show it, for views that are toggled.
+constexpr uint32_t kMaxUnseenFrames = 60;
+
+bool ShowsDenoised(const ShowSettings& show) {
+    return show.view == View::PathTraced && show.isDenoised;
+}
 
 }  // namespace
+
+void Viewport::Impl::ReleaseRealTime() {
+    realTime.Release(renderer);
+    realTimeDisplay.Release(renderer);
+}
+
+void Viewport::Impl::ReleaseDenoised() {
+    denoised.Release(renderer);
+    denoisedDisplay.Release(renderer);
+}
+
+void Viewport::Impl::ReleaseUnseen(const ShowSettings& shownAs) {
+    const auto hasExpired = [](bool isShown, uint32_t& unseenFrames) {
+        unseenFrames = isShown ? 0 : unseenFrames + 1;
+        return unseenFrames == kMaxUnseenFrames;
+    };
+    if (hasExpired(shownAs.view == View::RealTime || ComparesRealTime(shownAs), framesWithoutRealTime))
+        ReleaseRealTime();
+    if (hasExpired(ShowsDenoised(shownAs), framesWithoutDenoised)) ReleaseDenoised();
+}
 
 void Viewport::Impl::Restart(ResetCause cause) {
     pathTraced.Reset(cause);
@@ -350,7 +374,7 @@ ShowSettings Viewport::Impl::ShownAs() const {
 
 BudgetSettings Viewport::Impl::Limits(const ShowSettings& shownAs) {
     BudgetSettings limits = budgetSettings;
-    if (shownAs.view != View::PathTraced || !shownAs.isDenoised || IsRecent(changedAt)) return limits;
+    if (!ShowsDenoised(shownAs) || IsRecent(changedAt)) return limits;
     const passes::Accumulation& samples = pathTraced.Samples();
     const uint32_t stop = captures.HasUnanswered() ? samples.SampleCount() + 1 : denoised.NextStop(samples);
     limits.maxSamples = limits.maxSamples > 0 ? std::min(limits.maxSamples, stop) : stop;
@@ -404,6 +428,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     declaredScene = ids;
     declaredSettings = settings;
     ShowSettings shownAs = ShownAs();
+    ReleaseUnseen(shownAs);
     if (shownAs.view == View::RealTime) {
         if (const TextureId shown = DeclareRealTime(ids, settings, shownAs.tonemap); shown.IsValid())
             return shown;
@@ -447,7 +472,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                                   .isPreview = traced.isPreview},
                                                                  shownAs.tonemap);
     denoisedIds = {};
-    if (shownAs.view == View::PathTraced && shownAs.isDenoised)
+    if (ShowsDenoised(shownAs))
         pictures.pathTracedDisplay =
             DisplayDenoised(ids, settings, traced, pictures.pathTracedDisplay, shownAs.tonemap);
     const bool isRedrawn = !(drawnSamples.Submitted() == drawnSamples.Declared());
@@ -569,9 +594,8 @@ void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSett
                           .environment = scene->ShownEnvironment()});
     };
     if (ShowsPathTraced(show.view) && pathTracedShown) {
-        const bool isDenoised = show.view == View::PathTraced && show.isDenoised;
         // A picture that is to be denoised is, however long its pipelines take
-        if (!isDenoised)
+        if (!ShowsDenoised(show))
             answerCaptures(*pathTracedShown, false, {});
         else if (denoisedIds.picture.IsValid() &&
                  denoisedIds.samples == pathTracedShown->progress.sampleCount)

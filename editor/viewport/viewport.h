@@ -14,7 +14,8 @@
 //   }
 //
 // Both the path-traced and the raster view are declared in every frame; passes that the shown picture does
-// not need are culled. So a view that is toggled off costs nothing, keeps its samples, and continues later.
+// not need are culled. So a view that is toggled off costs no time, keeps its samples, and continues later.
+// The real-time and the denoised picture, which can be made again, keep their memory for 60 frames only.
 //
 // Accumulation restarts by itself when something changes that the picture depends on: the viewport compares
 // with what the last frame was declared from, and counts the causes (ResetCount). Settings that apply after

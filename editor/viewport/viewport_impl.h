@@ -37,6 +37,10 @@ struct Viewport::Impl {
     // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
     ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
+    void ReleaseRealTime();
+    void ReleaseDenoised();
+    // Releases the memory of views that have not been shown for a while.
+    void ReleaseUnseen(const ShowSettings& shownAs);
     // Returns the display of a picture of the real-time view, with which the samples of that progress are
     // blended. Without a whole one, each picture is another; else that of the last frame stays if it is the
     // same.
@@ -109,6 +113,7 @@ struct Viewport::Impl {
     SceneIds declaredScene;
     passes::TraceSettings declaredSettings;
     std::deque<TimedFrame> timedFrames;  // submitted frames whose times are pending
+    uint32_t framesWithoutRealTime = 0, framesWithoutDenoised = 0;  // declared since these were shown
     double lastFrameMs = 0.0;
     bool isPreview = false;  // whether the last declared frame shows a preview
 };

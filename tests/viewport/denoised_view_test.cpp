@@ -198,4 +198,46 @@ TEST_F(ViewportDenoised, NoFrameWaitsForItsPipelines) {
     EXPECT_GE(DenoisedSamples(), 4u);
 }
 
+TEST_F(ViewportDenoised, PictureThatIsStaleOrNotShownAnyMoreGivesItsMemoryBack) {
+    const auto usedBytes = [&] {
+        Device().WaitIdle();
+        Device().CollectGarbage();
+        return Device().Memory().usedBytes;
+    };
+    const auto renderUntilDivided = [&] {
+        viewed.viewport.SetBudget({.frameMs = 2.0, .settleMs = 0.0});
+        SetDenoised(true);
+        const auto isDivided = [&] {
+            return viewed.renderer.DescribePlan().find("its series goes on") != std::string::npos;
+        };
+        for (int i = 0; i < 20'000; ++i) {
+            viewed.RenderFrames(1);
+            if (isDivided()) return true;
+        }
+        return false;
+    };
+    constexpr uint64_t kPlane = 96 * 64 * 16;
+    viewed.viewport.SetSize({96, 64});
+    viewed.viewport.SetBudget({.frameMs = 2.0, .settleMs = 0.0});
+    SetDenoised(false);
+    viewed.RenderFrames(60);
+    const uint64_t without = usedBytes();
+    ASSERT_TRUE(renderUntilDivided());
+    EXPECT_GT(usedBytes(), without + 4 * kPlane);
+    viewed.viewport.SetBudget({.settleMs = 1e9});
+    Move();
+    viewed.RenderFrames(20);
+    EXPECT_LT(usedBytes(), without + kPlane) << "of other samples";
+    ASSERT_TRUE(renderUntilDivided());
+    SetDenoised(false);
+    viewed.RenderFrames(80);
+    EXPECT_LT(usedBytes(), without + kPlane) << "not shown any more";
+    viewed.viewport.SetShow({.view = View::RealTime});
+    viewed.RenderFrames(3);
+    EXPECT_GT(usedBytes(), without + kPlane);
+    viewed.viewport.SetShow({});
+    viewed.RenderFrames(80);
+    EXPECT_LT(usedBytes(), without + kPlane);
+}
+
 }  // namespace raygraph::testing::denoised_view_test
