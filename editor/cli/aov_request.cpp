@@ -19,9 +19,7 @@ namespace {
 std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (CanHave(aov, settings)) return {};
     if (aov == Aov::Motion) return "it is from when --shutter opens to when it closes, and there is none";
-    if (aov == Aov::Denoising)
-        return settings.isAdaptive ? "an adaptive picture has different numbers of samples in its pixels"
-                                   : "only path-traced pictures are denoised";
+    if (aov == Aov::Denoising) return NotDenoisedReason(settings);
     if (settings.view != View::PathTraced) return "only path-traced pictures have light to tell apart";
     const auto bias =
         static_cast<Bias>(static_cast<size_t>(aov) - static_cast<size_t>(AovOf(kBiases.front())));

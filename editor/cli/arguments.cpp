@@ -162,16 +162,22 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
     return merge;
 }
 
+constexpr auto kPngAndExr = std::to_array({OutputKind::Png, OutputKind::Exr});
+
 CLI::App* AddDenoise(CLI::App& app, DenoiseArguments& arguments) {
     CLI::App* denoise = app.add_subcommand("denoise", "Take noise out of a stored render, without its scene");
-    AddOption(*denoise, "FILE.exr", "", "Render: an .exr of `raygraph render --aov denoising`",
+    AddOption(*denoise, "FILE.exr", "",
+              "Render made by `raygraph render --aov denoising` (or --aov albedo,normal, with more noise "
+              "left). May also be an output, which replaces it",
               [&](const std::string& text) { arguments.input = text; })
         ->required();
     AddOutputs(*denoise,
                "Output file: .png (tone-mapped) or .exr (the render, and the denoised picture as denoised.R, "
                "denoised.G and denoised.B; required). May be given several times",
-               arguments.outputs);
-    AddDenoiser(*denoise, arguments.denoiser);
+               arguments.outputs, kPngAndExr);
+    constexpr auto kDenoisers = Texts(FileDenoiser{});
+    AddDenoiser(*denoise, ListForHelp(FileDenoiser::Network), {kDenoisers.begin(), kDenoisers.end()},
+                arguments.denoiser);
     AddDisplay(*denoise, "K", "", arguments);
     AddDevice(*denoise, arguments.device);
     AddValidate(*denoise, arguments.isValidating);
@@ -212,7 +218,7 @@ CLI::App* AddCompare(CLI::App& app, CompareArguments& arguments) {
     AddOutputs(*compare,
                "Output file: .png (map of FLIP) or .exr (R, G and B: picture minus reference; stops; flip). "
                "May be given several times",
-               arguments.outputs);
+               arguments.outputs, kPngAndExr);
     AddPath(*compare, "--json", "FILE", "Write the numbers to a file as well", arguments.json);
     AddCompared(*compare, arguments);
     AddOutput(*compare, arguments);
@@ -349,18 +355,11 @@ void CheckMerge(const MergeArguments& arguments) {
 
 void CheckDenoise(const DenoiseArguments& arguments) {
     if (arguments.outputs.empty()) Reject("denoise needs -o OUT.exr or -o OUT.png");
-    for (const OutputFile& output : arguments.outputs)
-        if (output.kind == OutputKind::Hdr)
-            Reject(Text("-o: \"{}\": denoise writes .png and .exr", output.path));
     CheckDisplay(arguments, arguments.outputs);
     if (arguments.whitePoint && !arguments.whitePoint->kelvin)
-        Reject("--white-point auto: denoise reads no scene, whose light it would be; give kelvin");
-}
-
-void CheckCompare(const CompareArguments& arguments) {
-    for (const OutputFile& output : arguments.outputs)
-        if (output.kind == OutputKind::Hdr)
-            Reject(Text("-o: \"{}\": compare writes .png and .exr", output.path));
+        Reject(
+            "--white-point auto: needs the scene, which denoise does not read; give a number of kelvin, such "
+            "as 5000");
 }
 
 void CheckVerify(VerifyArguments& arguments) {
@@ -475,7 +474,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.get_formatter()->column_width(kHelpIndent);
     app.get_formatter()->label("SUBCOMMAND", "COMMAND");
     app.get_formatter()->label("REQUIRED", "(required)");
-    app.set_help_all_flag("--help-all", "Print the options that exist for study, too, and exit");
+    app.set_help_all_flag("--help-all", "Print all options, those for experiments included, and exit");
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
 
     RenderArguments renderArguments;
@@ -545,7 +544,6 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return denoiseArguments;
     }
     if (*compare) {
-        CheckCompare(compareArguments);
         return compareArguments;
     }
     if (*verify) {

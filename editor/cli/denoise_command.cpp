@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "base/files.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -13,17 +14,31 @@
 
 namespace raygraph::cli {
 
+namespace {
+
+RenderFile ReadInput(const std::filesystem::path& file, const Log& log) {
+    try {
+        return ReadRenderFile(file, log);
+    } catch (const Error& error) {
+        if (error.Kind() != ErrorKind::BadInput || LowerExtension(file) == ".exr") throw;
+        throw MakeError(error.Kind(), "{}; denoise reads an .exr of `raygraph render --aov denoising`",
+                        error.what());
+    }
+}
+
+}  // namespace
+
 ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments), log);
     const image::ExrThreads threads;
-    RenderFile render = ReadRenderFile(arguments.input, log);
+    RenderFile render = ReadInput(arguments.input, log);
     if (const std::string why = NotDenoisableReason(render); !why.empty())
         throw MakeError(ErrorKind::BadInput, "{} cannot be denoised: {}", arguments.input, why);
     if (render.denoising.albedo.empty())
         console.log.Warn(
-            Text("{} has no channels of --aov denoising, with which less noise and more detail "
-                 "would be left",
+            Text("{} was rendered without --aov denoising: edges of lights keep their noise, and details may "
+                 "suffer",
                  arguments.input));
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     const image::Image8 display =

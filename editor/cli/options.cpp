@@ -117,13 +117,14 @@ void AddPath(CLI::App& app, const std::string& name, const char* operand, const 
     });
 }
 
-void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs) {
+void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs,
+                std::span<const OutputKind> kinds) {
     app.add_option_function<std::vector<std::string>>(
            "-o,--output",
-           [&outputs](const std::vector<std::string>& paths) {
+           [&outputs, kinds](const std::vector<std::string>& paths) {
                for (const std::string& path : paths) {
                    try {
-                       outputs.push_back(ParseOutput(path));
+                       outputs.push_back(ParseOutput(path, kinds));
                    } catch (const Error& error) {
                        throw MakeError(error.Kind(), "-o: {}", error.what());
                    }
@@ -394,12 +395,11 @@ passes::TonemapSettings DisplayOf(const DisplayArguments& arguments) {
     return display;
 }
 
-void AddDenoiser(CLI::App& app, std::optional<FileDenoiser>& denoiser) {
-    constexpr auto kDenoisers = Texts(FileDenoiser{});
-    SetChoices(
-        *AddOption(app, "--denoiser", "D", "What takes the noise out: " + ListForHelp(FileDenoiser::Network),
-                   [&](const std::string& text) { denoiser = ParseChoice<FileDenoiser>(text); }),
-        {kDenoisers.begin(), kDenoisers.end()});
+void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::string_view>& names,
+                 std::optional<FileDenoiser>& denoiser) {
+    SetChoices(*AddOption(app, "--denoiser", "D", "Denoiser: " + help,
+                          [&](const std::string& text) { denoiser = ParseChoice<FileDenoiser>(text); }),
+               names);
 }
 
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
@@ -481,7 +481,9 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     render->add_flag("--denoise", arguments.isDenoised,
                      Wrapped("Show a denoised picture in a .png, and add it to an .exr as denoised.R, "
                              "denoised.G and denoised.B; the others stay as they are"));
-    AddDenoiser(*render, arguments.denoiser);
+    constexpr auto kDenoisers = Texts(passes::Denoiser{});
+    AddDenoiser(*render, ListForHelp(passes::Denoiser::Network), {kDenoisers.begin(), kDenoisers.end()},
+                arguments.denoiser);
     AddPath(*render, "--resume", "FILE.exr", "Resume a stored render, with its settings", arguments.resume);
     AddOption(
         *render, "--checkpoint", "MINUTES",
@@ -536,9 +538,13 @@ void CheckRender(const RenderArguments& arguments) {
             return o.kind == OutputKind::Hdr;
         }))
         Reject("--denoise is of a .png and an .exr, and none is written");
-    if (arguments.denoiser && !arguments.isDenoised) Reject("--denoiser is for --denoise, which is missing");
+    if (arguments.denoiser && !arguments.isDenoised)
+        Reject("--denoiser needs --denoise: add it, or leave --denoiser out");
     if (arguments.denoiser == FileDenoiser::Oidn)
-        Reject("--denoiser oidn is of `raygraph denoise`; give --aov denoising here, then denoise the file");
+        Reject(
+            "--denoiser oidn works only with `raygraph denoise`: render with --aov denoising -o FILE.exr, "
+            "then "
+            "run `raygraph denoise FILE.exr --denoiser oidn -o OUT.png`");
     if (arguments.exrType == ExrType::Half && !arguments.resume.empty())
         for (const OutputFile& picture : PicturesOf(arguments))
             if (picture.path == arguments.resume)

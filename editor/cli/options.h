@@ -29,7 +29,8 @@ struct Choices {
     bool isList = false;
 };
 Choices ChoicesOf(CLI::Option& option);
-void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs);
+void AddOutputs(CLI::App& app, const std::string& help, std::vector<OutputFile>& outputs,
+                std::span<const OutputKind> kinds = kOutputKinds);
 void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
              std::filesystem::path& path);
 
@@ -43,8 +44,10 @@ void AddRoot(CLI::App& app, std::filesystem::path& root);
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
 void AddValidate(CLI::App& app, bool& isValidating);
+// Adds --denoiser; `help` lists its values, those of `names`, which completion offers.
+void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::string_view>& names,
+                 std::optional<FileDenoiser>& denoiser);
 // Adds --exposure, --tonemap and --white-point; `whitePoint` is the operand of the last one.
-void AddDenoiser(CLI::App& app, std::optional<FileDenoiser>& denoiser);
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments);
 // Adds --traversal and --integrator-form.

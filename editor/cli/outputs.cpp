@@ -50,19 +50,25 @@ void CheckFolder(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", path, folder);
+        throw MakeError(ErrorKind::Io, "{}: the folder {} does not exist; create it first", path, folder);
 }
 
 }  // namespace
 
-OutputFile ParseOutput(const std::filesystem::path& path) {
+OutputFile ParseOutput(const std::filesystem::path& path, std::span<const OutputKind> kinds) {
     const std::string extension = LowerExtension(path);
-    for (const OutputKind kind : Values<OutputKind>())
-        if (extension == Name(kind)) return {path, kind};
-    constexpr auto kTexts = Texts(OutputKind{});
-    throw MakeError(ErrorKind::Usage, "\"{}\" does not end in {}", path,
-                    session::ListForHelp({kTexts.begin(), kTexts.end()},
-                                         std::vector<std::string_view>(kTexts.size()), kTexts.size()));
+    std::error_code error;
+    const bool isFolder = std::filesystem::is_directory(path, error);
+    std::vector<std::string_view> texts;
+    for (const OutputKind kind : kinds) {
+        if (!isFolder && extension == Name(kind)) return {path, kind};
+        texts.emplace_back(Name(kind));
+    }
+    const std::string endings =
+        session::ListForHelp(texts, std::vector<std::string_view>(texts.size()), texts.size());
+    if (isFolder)
+        throw MakeError(ErrorKind::Usage, "\"{}\" is a folder; name a file that ends in {}", path, endings);
+    throw MakeError(ErrorKind::Usage, "\"{}\" does not end in {}", path, endings);
 }
 
 std::vector<std::string> CheckOutputs(std::span<const std::filesystem::path> paths,

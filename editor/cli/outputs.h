@@ -2,6 +2,7 @@
 // independently of each other (OutputWriter).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -33,8 +34,11 @@ struct OutputFile {
 inline constexpr const char* kDefaultPicture = "render.png";
 inline constexpr const char* kDefaultFrames = "render.####.png";
 
-// Returns the kind by the extension, in any case. Throws Error{Usage} for an unknown one.
-OutputFile ParseOutput(const std::filesystem::path& path);
+inline constexpr auto kOutputKinds = std::to_array({OutputKind::Png, OutputKind::Exr, OutputKind::Hdr});
+
+// Returns the kind by the extension, in any case. Throws Error{Usage} for one that is not of these kinds, and
+// for a folder.
+OutputFile ParseOutput(const std::filesystem::path& path, std::span<const OutputKind> kinds = kOutputKinds);
 
 // Throws unless AtomicFile can write every path: Error{Io} with the reason, or Error{Usage} for a path that
 // is named twice or is an existing file among those that are read (`inputs`). It leaves no trace, and opens

@@ -433,6 +433,8 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
                         "--shard: --view {} is not averaged over samples, so that there is nothing to divide",
                         Name(job.settings.view));
     CheckView(arguments, job.settings);
+    if (const std::string why = NotDenoisedReason(job.settings); arguments.isDenoised && !why.empty())
+        throw MakeError(ErrorKind::Usage, "--denoise: {}", why);
     RequireExrForChannels(arguments, job);
     const bool isSingle = !IsAverageable(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);

@@ -168,7 +168,10 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("merge a.exr b.exr -o c.png", "c.png");
     ExpectUsage("denoise -o c.png", "FILE.exr");
     ExpectUsage("denoise a.exr", "-o");
-    ExpectUsage("denoise a.exr -o b.hdr", "b.hdr");
+    for (const std::string command : {"denoise a.exr", "compare a.exr b.exr"})
+        for (const std::string file : {"b.hdr", "b.jpg"})
+            ExpectUsage(command + " -o " + file, "-o: \"" + file + "\" does not end in .png or .exr");
+    ExpectUsage("denoise a.exr -o .", "-o: \".\" is a folder; name a file that ends in .png or .exr");
     ExpectUsage("denoise a.exr -o b.exr --exposure 1", "--exposure is of a .png");
     ExpectUsage("denoise a.exr -o b.png --white-point auto", "--white-point auto");
 }

@@ -113,7 +113,7 @@ TEST(Outputs, AMissingFolderIsNamed) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "none" / "a.png";
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckOutputs(Paths{path}, {}); }, path.string(), "no folder");
+        ErrorKind::Io, [&] { CheckOutputs(Paths{path}, {}); }, path.string(), "does not exist; create it first");
 }
 
 TEST(Outputs, AFolderIsNoOutput) {

@@ -63,7 +63,9 @@ TEST(ProgramDenoise, RefusalsAreOneLineAndTheOldFileStays) {
         EXPECT_EQ(result.messages, std::string("raygraph: a.exr cannot be denoised: ") + why + "\n");
         EXPECT_EQ(Bytes(folder / "old.png"), "old");
     };
-    expect("", "it lacks the channels of --aov denoising, and those of --aov albedo,normal");
+    expect("",
+           "it has neither the channels of --aov denoising nor those of --aov albedo,normal. Render it again "
+           "with --aov denoising");
     expect("--view normals", "it shows the view normals");
     expect("--adaptive on --aov albedo,normal",
            "it is adaptive, and its pixels have different numbers of samples");
@@ -73,9 +75,27 @@ TEST(ProgramDenoise, RefusalsAreOneLineAndTheOldFileStays) {
         0);
     const ProgramResult plain = RunProgram(folder, "denoise a.exr -o old.png");
     EXPECT_EQ(plain.exitCode, 0) << plain.messages;
-    EXPECT_NE(plain.messages.find("warning: a.exr has no channels of --aov denoising"), std::string::npos)
+    EXPECT_NE(plain.messages.find("warning: a.exr was rendered without --aov denoising"), std::string::npos)
         << plain.messages;
     EXPECT_NE(Bytes(folder / "old.png"), "old");
+}
+
+TEST(ProgramDenoise, WhatIsNotDenoisedIsRefusedBeforeTheSceneIsRead) {
+    const test::TemporaryFolder folder;
+    const std::string render = "render none.gltf --denoise -o a.png ", refusal = "raygraph: --denoise: ";
+    for (const auto& [options, why] :
+         {std::pair("--adaptive on", "an adaptive picture has different numbers of samples in its pixels\n"),
+          std::pair("--view albedo", "the view albedo is not denoised\n")}) {
+        const ProgramResult result = RunProgram(folder, render + options);
+        EXPECT_EQ(result.exitCode, 2);
+        EXPECT_EQ(result.messages, refusal + why);
+    }
+    std::ofstream(folder / "a.txt") << "text";
+    const ProgramResult result = RunProgram(folder, "denoise a.txt -o a.png");
+    EXPECT_EQ(result.exitCode, 4);
+    EXPECT_EQ(result.messages,
+              "raygraph: a.txt: is not an OpenEXR file; denoise reads an .exr of `raygraph render --aov "
+              "denoising`\n");
 }
 
 // Runs the program with these folders before all others in which libraries are searched.

@@ -78,6 +78,9 @@ class RAYGRAPH_API AovSet {
 // Returns the names in their order, separated by commas: "albedo,depth"; "none" without any.
 RAYGRAPH_API std::string ListOf(const AovSet& aovs);
 
+// Returns why a picture with these settings cannot be denoised; "" if it can.
+RAYGRAPH_API std::string NotDenoisedReason(const PictureSettings& settings);
+
 // Returns whether a picture with these settings can have it.
 RAYGRAPH_API bool CanHave(Aov aov, const PictureSettings& settings);
 

@@ -103,11 +103,10 @@ void RequireDenoisable(const SessionDesc& desc, size_t deviceCount) {
     const auto reject = [&](const std::string& why) {
         RejectSetting(desc.isDenoised ? "denoise" : "aov denoising", why);
     };
-    if (const View view = desc.settings.view; view != View::PathTraced)
-        reject(Text("the view {} is not denoised", Name(view)));
-    if (desc.settings.isAdaptive) reject("an adaptive picture has other numbers of samples in each pixel");
+    if (const std::string why = NotDenoisedReason(desc.settings); !why.empty()) reject(why);
     if (deviceCount > 1 || desc.group != nullptr) reject("several devices or processes share the samples");
-    if (!desc.withVariance) reject("what is noise is told by the variance, and none is kept");
+    if (!desc.withVariance)
+        reject("it needs the variance, which this render does not keep (SessionDesc::withVariance)");
 }
 
 void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
