@@ -44,7 +44,7 @@ SceneData OneMesh(Primitive primitive) {
     scene.nodeOrder = {0, 1};
     scene.instances.emplace_back().node = 0;
     Camera& camera = scene.cameras.emplace_back();
-    camera.projection = Projection::Orthographic;
+    camera.projection = scene::Projection::Orthographic;
     camera.yMag = 1.0f;
     camera.node = 1;
     scene.nodes[1].translation = glm::vec3(0.0f, 0.0f, 5.0f);
@@ -255,7 +255,7 @@ TEST_F(MotionVectorTest, OfMovingVertices) {
 TEST_F(MotionVectorTest, OfATurningCamera) {
     SceneData scene = OneMesh(LeftHalf(0.0f));
     Camera& camera = scene.cameras[0];
-    camera.projection = Projection::Perspective;
+    camera.projection = scene::Projection::Perspective;
     camera.yFov = 1.0f;
     const float half = 0.15f;
     Animate(scene, {.property = AnimatedProperty::Rotation, .object = 1},
