@@ -113,7 +113,8 @@ TEST(Outputs, AMissingFolderIsNamed) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "none" / "a.png";
     test::ExpectError(
-        ErrorKind::Io, [&] { CheckOutputs(Paths{path}, {}); }, path.string(), "does not exist; create it first");
+        ErrorKind::Io, [&] { CheckOutputs(Paths{path}, {}); }, path.string(),
+        "does not exist; create it first");
 }
 
 TEST(Outputs, AFolderIsNoOutput) {

@@ -23,13 +23,13 @@ RAYGRAPH_CHOICE(TransferCurve, RAYGRAPH_TRANSFER_CURVES)
 
 // Says how the code values of a picture of integers follow from radiance: code = encode(radiance * 2^EV), cut
 // at 1.
-struct Transfer {
+struct RAYGRAPH_API Transfer {
     TransferCurve curve = TransferCurve::Srgb;
     float gamma = 2.2f;  // only of Gamma: encode(x) = x^(1 / gamma)
     float exposureEv = 0.0f;
 
-    RAYGRAPH_API float Decode(float code) const;  // code in [0, 1]; without the exposure
-    RAYGRAPH_API float Encode(float linear) const;
+    float Decode(float code) const;  // code in [0, 1]; without the exposure
+    float Encode(float linear) const;
     bool operator==(const Transfer&) const = default;
 };
 
@@ -37,7 +37,7 @@ struct Transfer {
 RAYGRAPH_API Transfer ParseTransfer(std::string_view text);
 RAYGRAPH_API std::string ToText(const Transfer& transfer);
 
-struct Picture {
+struct RAYGRAPH_API Picture {
     std::string name;  // for messages
     Extent2D size;
     Texels radiance;  // linear; alpha has no meaning
@@ -49,7 +49,7 @@ struct Picture {
     std::optional<Transfer> transfer;  // of a picture of integers with eight bits; none: of floats
 
     // Returns the variance that rounding to eight bits adds at this radiance; 0 for a picture of floats.
-    RAYGRAPH_API float RoundingVariance(float radiance) const;
+    float RoundingVariance(float radiance) const;
 };
 
 // Reads a .png by the transfer function, and a .hdr or an .exr (scan lines or tiles, R, G and B or Y) as it

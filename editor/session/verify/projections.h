@@ -41,9 +41,10 @@ RAYGRAPH_API std::string ToText(const Projection& projection);
 // colors correlated, and of the sum of squares that are left once the amount is fitted. All of a right
 // picture are within their noise with a probability of 0.99 (Sidak). Predictions that have less than 32
 // pixels to their sum do not count.
-std::vector<Projection> Project(const Compared& all, const RenderFile* render, const SceneNames& names);
+RAYGRAPH_API std::vector<Projection> Project(const Compared& all, const RenderFile* render,
+                                             const SceneNames& names);
 
 // Returns k for which |z| <= k holds for all of `count` normal numbers with probability 1 - significance.
-double SidakDeviations(size_t count, double significance);
+RAYGRAPH_API double SidakDeviations(size_t count, double significance);
 
 }  // namespace raygraph::session
