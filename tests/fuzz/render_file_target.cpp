@@ -59,7 +59,7 @@ session::RenderFile MakeRender(bool isFull, uint32_t first, bool isAdaptive = fa
             render.lightGroups.push_back(means());
             render.sums.lightGroups.push_back(sums(false));
         }
-        render.denoising = {means(), means(), means(), 1, means(), means()};
+        render.denoising = {means(), means(), means(), 1, means(), means(), means()};
         render.depth.assign(kPixels, 1.0f);
         render.motion.assign(2 * kPixels, 1.0f);
         render.instance.assign(kPixels, 1);
