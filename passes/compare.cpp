@@ -45,12 +45,9 @@ namespace {
 
 constexpr uint32_t kBlock = 16;  // side of a block in post/reduce_blocks.comp
 
-Extent2D BlocksOf(Extent2D extent) {
-    return {(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
-}
-
 uint64_t BlockCount(Extent2D extent) {
-    return uint64_t{BlocksOf(extent).width} * BlocksOf(extent).height;
+    const Extent2D blocks = BlocksOf(extent, kBlock);
+    return uint64_t{blocks.width} * blocks.height;
 }
 
 void RequireNumbers(const Renderer& renderer, const char* pass, TextureId values) {
@@ -139,10 +136,11 @@ BufferId ReduceBlocks(Renderer& renderer, TextureId values) {
     RequireNumbers(renderer, "ReduceBlocks", values);
     const Extent2D extent = renderer.Desc(values).extent;
     BufferId sums = renderer.CreateBuffer("blocks", {.size = BlockCount(extent) * 2 * sizeof(float)});
-    AddCompute(renderer, "ReduceBlocks", "post/reduce_blocks.comp", BlocksOf(extent), [&](PassBuilder& pass) {
-        pass.Reads("values", values);
-        sums = pass.Writes("blocks", sums);
-    });
+    AddCompute(renderer, "ReduceBlocks", "post/reduce_blocks.comp", BlocksOf(extent, kBlock),
+               [&](PassBuilder& pass) {
+                   pass.Reads("values", values);
+                   sums = pass.Writes("blocks", sums);
+               });
     return sums;
 }
 

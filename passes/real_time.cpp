@@ -48,6 +48,17 @@ TextureId TextureOr(TextureId given, Renderer& renderer, const char* name, Exten
     return given.IsValid() ? given : renderer.CreateTexture(name, {extent, format});
 }
 
+// Declares what a shader needs to find the history of a sample.
+void ReadSampleAndHistory(PassBuilder& pass, TextureId sample, const SurfaceIds& seen,
+                          const MovingMeanIds& before) {
+    pass.Reads("radiance", sample);
+    pass.Reads("albedo", seen.albedo);
+    pass.Reads("surfaces", seen.surfaces);
+    pass.Reads("motion", seen.motion);
+    pass.Reads("surfacesBefore", before.surfaces);
+    pass.Reads("meanBefore", before.mean);
+}
+
 }  // namespace
 
 SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
@@ -87,17 +98,12 @@ SurfaceIds TraceSurfaces(Renderer& renderer, const SceneIds& scene, const TraceS
 
 TextureId FindChanges(Renderer& renderer, TextureId sample, const SurfaceIds& seen,
                       const MovingMeanIds& before) {
-    const Extent2D extent = ExtentOfAll(renderer, {seen.albedo, seen.surfaces, seen.motion, before.mean});
-    constexpr uint32_t kBlock = gpu::kChangeBlock;
-    const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
-    TextureId changes = renderer.CreateTexture("changes", {blocks, Format::Rgba32Float});
+    const Extent2D extent =
+        ExtentOfAll(renderer, {seen.albedo, seen.surfaces, seen.motion, before.mean, before.surfaces});
+    TextureId changes =
+        renderer.CreateTexture("changes", {BlocksOf(extent, gpu::kChangeBlock), Format::Rgba32Float});
     AddCompute(renderer, "FindChanges", "real_time/changes.comp", extent, [&](PassBuilder& pass) {
-        pass.Reads("radiance", sample);
-        pass.Reads("albedo", seen.albedo);
-        pass.Reads("surfaces", seen.surfaces);
-        pass.Reads("motion", seen.motion);
-        pass.Reads("surfacesBefore", before.surfaces);
-        pass.Reads("meanBefore", before.mean);
+        ReadSampleAndHistory(pass, sample, seen, before);
         changes = pass.Writes("changes", changes);
     });
     return changes;
@@ -117,12 +123,7 @@ MovingMeanIds AccumulateMoving(Renderer& renderer, TextureId sample, const Surfa
     } constants{FilmOf(settings.cameraBefore, extent), static_cast<float>(settings.mostBefore),
                 static_cast<float>(settings.most), settings.frame, settings.changes.IsValid() ? 1u : 0u};
     AddCompute(renderer, "AccumulateMoving", "real_time/temporal.comp", extent, [&](PassBuilder& pass) {
-        pass.Reads("radiance", sample);
-        pass.Reads("albedo", seen.albedo);
-        pass.Reads("surfaces", seen.surfaces);
-        pass.Reads("motion", seen.motion);
-        pass.Reads("surfacesBefore", before.surfaces);
-        pass.Reads("meanBefore", before.mean);
+        ReadSampleAndHistory(pass, sample, seen, before);
         pass.Reads("deviationBefore", before.deviation);
         pass.Reads("changes", settings.changes.IsValid() ? settings.changes : sample);
         pass.Constants(constants);
@@ -358,8 +359,7 @@ TextureId LastRealTime(Renderer& renderer, const RealTimeHistory& history, Exten
 TextureId HandOver(Renderer& renderer, TextureId picture, const AccumulatedIds& samples,
                    const Accumulation::Progress& progress) {
     const Extent2D extent = ExtentOfAll(renderer, {picture, samples.mean});
-    constexpr uint32_t kBlock = gpu::kHandOverBlock;
-    const Extent2D blocks{(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
+    const Extent2D blocks = BlocksOf(extent, gpu::kHandOverBlock);
     const struct {
         uint32_t sampleCount, doneRows, doneColumns, bandHeight;
     } constants{progress.sampleCount, progress.cursor.Y(), progress.cursor.X(), progress.cursor.BandHeight()};

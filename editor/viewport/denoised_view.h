@@ -15,10 +15,10 @@ namespace raygraph::viewport {
 
 // Denoising takes as long as several samples. The first picture is made after half as many samples as it
 // takes, and later ones so that denoising takes at most about a quarter of the device's time (First, Next).
-// What takes longer than a frame may is divided among frames (PassSeries) while sampling goes on. Frames end
-// with whole samples (NextStop) where a picture is begun, and at 8, 16, 32 samples and so on, whose mean is
-// kept: it serves later as that of the first half, which tells how noisy the picture is (passes/denoise.h).
-// The view must outlive the frames that declare it.
+// A picture that takes longer than a frame may is divided among frames (PassSeries) while sampling goes on.
+// Frames end with whole samples (NextStop) where a picture is begun, and at 8, 16, 32 samples and so on,
+// whose mean is kept: it serves later as that of the first half, which tells how noisy the picture is
+// (passes/denoise.h). The view must outlive the frames that declare it.
 class DenoisedView {
   public:
     explicit DenoisedView(std::string name) : m_name(std::move(name)), m_series(m_name) {}

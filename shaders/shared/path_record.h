@@ -1,5 +1,5 @@
-// What is recorded of an explained path (core/record.glsl, passes/trace.h): one source for C++
-// and GLSL, scalar layout.
+// Records of an explained path's vertices (core/record.glsl, passes/trace.h): one source for C++ and GLSL,
+// scalar layout.
 //
 // The buffer begins with the number of the path's vertices; their records follow in their order. The sample's
 // value is the sum of `emitted` and then `lit` of each vertex, in this order and in float: to the bit, unless

@@ -215,7 +215,7 @@ TEST_F(RealTimeSurfaces, MovedBody_HasTheMotionOfItsPoints) {
     EXPECT_GT(count, 20);
 }
 
-// What a face of the body shows of the walls moves by twice the face's shift along its normal.
+// The walls that a face of the body shows move by twice the face's shift along its normal.
 TEST_F(RealTimeSurfaces, MovedMirror_ShowsWhatMovesTwiceAsFar) {
     const glm::vec3 shift{0.004f, 0.006f, -0.005f};
     const Seen seen = SeenOfMoved(Mirror(), shift);

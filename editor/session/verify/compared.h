@@ -15,8 +15,8 @@ struct Compared {
     Extent2D size;
     Texels reference, picture;     // pixels that do not count are those of the reference in both
     Texels referenceNoise, noise;  // variances, of the reference and of the picture, at least those around
-    // As they are, for sums over many pixels; the noise of the reference times `noiseRatio` would be that of
-    // as many samples as the picture has, if their number is known.
+    // Sums over many pixels use the pixels' own variances. The noise of the reference times `noiseRatio`
+    // would be that of as many samples as the picture has, if their number is known.
     Texels ownReferenceNoise, ownNoise;
     double noiseRatio = 0.0;
     std::vector<float> relative;  // of each pixel; infinity: it does not count
