@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "passes/add_compute.h"
 #include "passes/scene_bindings.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "shaders/shared/real_time.h"
