@@ -4,6 +4,7 @@
 cmake_policy(VERSION 3.25)
 
 set(public
+    editor/session/explain/noise.h
     editor/session/explain/path_text.h
     editor/session/file/content_hash.h
     editor/session/file/merge.h

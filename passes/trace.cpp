@@ -100,7 +100,10 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     Extent2D traced = TracedExtent(settings);
     traced.height *= settings.sampleCount;
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
-    if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
+    if (outputs.rayCounts) {
+        ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
+        ids.bounces = renderer.CreateTexture("bounces", {traced, Format::R32Float});
+    }
     for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)
         ids.parts[i] = renderer.CreateTexture(kPathPartNames[i], {traced, Format::Rgba32Float});
     if (outputs.lightGroups) {
@@ -138,7 +141,10 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
             pass.Reads("energyTables", scene.energyTables);
             ids.counts = pass.Updates("pixelQueue", ids.counts);
             ids.radiance = pass.Writes("radiance", ids.radiance);
-            if (outputs.rayCounts) ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
+            if (outputs.rayCounts) {
+                ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
+                ids.bounces = pass.Writes("bounceCounts", ids.bounces);
+            }
             if (outputs.record) ids.record = pass.Updates("pathRecords", ids.record);
             for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);

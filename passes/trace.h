@@ -179,6 +179,7 @@ struct TraceIds {
     // rgba32f, linear, finite; alpha 1 where the camera ray hit a surface, 0 where it escaped
     TextureId radiance;
     TextureId rayCounts;    // r32f, rays traced in the pixel, shadow rays included
+    TextureId bounces;      // r32f, with rayCounts: bounces of the pixel's path
     PathPartIds parts{};    // rgba32f each, alpha as there
     TextureId lightGroups;  // rgba32f, alpha as there; the groups sum to the radiance, to rounding
     BufferId counts;        // TraceCounts

@@ -88,8 +88,10 @@ TextureId SpreadCounts(Renderer& renderer, TextureId counts) {
 
 TextureId ViewValues(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, View view,
                      FilmPosition film, SurfaceSource surfaces) {
-    if (view == View::RayCost)
-        return SpreadCounts(renderer, Trace(renderer, scene, settings, {.rayCounts = true}).rayCounts);
+    if (CountsPaths(view)) {
+        const TraceIds traced = Trace(renderer, scene, settings, {.rayCounts = true});
+        return SpreadCounts(renderer, view == View::RayCost ? traced.rayCounts : traced.bounces);
+    }
     if (view == View::Overdraw) return Overdraw(renderer, scene, settings, film);
     if (!ShowsSurface(view)) Reject("ViewValues", view);
     const auto visibility = surfaces == SurfaceSource::Rays ? TraceVisibility : AnyVisibility;
@@ -117,7 +119,11 @@ bool ShowsLight(View view) {
 }
 
 bool ShowsSurface(View view) {
-    return !ShowsLight(view) && view != View::Overdraw && view != View::RayCost;
+    return !ShowsLight(view) && view != View::Overdraw && !CountsPaths(view);
+}
+
+bool CountsPaths(View view) {
+    return view == View::RayCost || view == View::PathLength;
 }
 
 bool IsAverageable(View view) {

@@ -17,6 +17,7 @@ inline constexpr size_t kViewCount = Texts(View{}).size();
 
 RAYGRAPH_API bool ShowsLight(View view);     // radiance, for Tonemap; the others are values, for PaintView
 RAYGRAPH_API bool ShowsSurface(View view);   // made by SurfaceView
+RAYGRAPH_API bool CountsPaths(View view);    // made by Trace, of the paths that the picture has
 RAYGRAPH_API bool IsAverageable(View view);  // over samples: false for ids and distances
 
 // Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/choice.h).
@@ -32,8 +33,8 @@ RAYGRAPH_API bool IsAverageable(View view);  // over samples: false for ids and 
 [[nodiscard]] RAYGRAPH_API TextureId Overdraw(Renderer& renderer, const SceneIds& scene,
                                               const TraceSettings& settings, FilmPosition film);
 
-// Converts TraceIds::rayCounts, or another texture of one count a pixel, as values that Accumulate and
-// PaintView take: rgba32f, the count three times and 1.
+// Converts TraceIds::rayCounts or bounces, or another texture of one count a pixel, as values that Accumulate
+// and PaintView take: rgba32f, the count three times and 1.
 [[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
 // The method that finds the surfaces of a view. Where several coincide, either may be visible.
@@ -42,7 +43,7 @@ enum class SurfaceSource : uint8_t {
     Drawing,  // AnyVisibility: fast
 };
 
-// The values of a view that shows no light, by the pass that makes them: RayCost, Overdraw or SurfaceView.
+// The values of a view that shows no light, by the pass that makes them: Trace, Overdraw or SurfaceView.
 // Error{Usage} for a view of light.
 [[nodiscard]] RAYGRAPH_API TextureId ViewValues(Renderer& renderer, const SceneIds& scene,
                                                 const TraceSettings& settings, View view, FilmPosition film,
@@ -55,8 +56,9 @@ enum class SurfaceSource : uint8_t {
 //   Depth                  white at the nearest surface down to dark gray at the farthest, in equal steps
 //   Instance, Material     a color for each, the same in every picture
 //   Wireframe              edges over gray
-//   Overdraw, RayCost      a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
-//                          overdraw, 31 at the top, and / 10 for rays, 1023 at the top
+//   Overdraw, RayCost, PathLength
+//                          a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
+//                          overdraw and bounces, 31 at the top, and / 10 for rays, 1023 at the top
 // Black where there is no surface. Error{Usage} for a view of light.
 [[nodiscard]] RAYGRAPH_API TextureId PaintView(Renderer& renderer, TextureId values, View view);
 

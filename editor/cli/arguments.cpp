@@ -101,16 +101,25 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
 }
 
 CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
-    CLI::App* explain = app.add_subcommand("explain", "Show which paths made a pixel what it is");
-    AddScene(*explain, arguments.scene)->required();
+    CLI::App* explain =
+        app.add_subcommand("explain", "Show which paths made a pixel what it is, or where a render is noisy");
+    AddScene(*explain, arguments.scene)
+        ->description("glTF scene, .gltf or .glb, with --pixel; or a render, .exr: its noisiest pixels")
+        ->required();
     ExplainRequest& request = arguments.request;
-    AddOption(*explain, "--pixel", "X,Y", "Pixel, from the upper left corner of the picture (required)",
+    AddOption(*explain, "--pixel", "X,Y", "Pixel of the scene's picture, from its upper left corner",
               [&](const std::string& text) {
                   const std::vector<std::string_view> parts = ParseList(text);
                   if (parts.size() != 2) Reject(Text("\"{}\" is not X,Y", Printable(text)));
                   request.pixel = {ParseCount(parts[0]), ParseCount(parts[1])};
-              })
-        ->required();
+                  arguments.hasPixel = true;
+              });
+    AddPath(*explain, "--noise-map", "FILE.png",
+            "Write the relative error of the render's pixels as a heat map, from .001 (dark blue) to 1 "
+            "(light yellow)",
+            arguments.noiseMap);
+    AddPath(*explain, "--group-map", "FILE.png",
+            "Write which light group lights each pixel of a render with --light-group", arguments.groupMap);
     CLI::Option* sample = AddOption(*explain, "--sample", "N", "Explain the sample of this index",
                                     [&](const std::string& text) { request.sample = ParseCount(text); });
     AddOption(*explain, "--brightest", "K", Text("Explain the K brightest samples ({})", request.brightest),
@@ -142,6 +151,21 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
     AddValidate(*explain, arguments.isValidating);
     AddOutput(*explain, arguments);
     return explain;
+}
+
+void CheckExplain(const ExplainArguments& arguments) {
+    CheckEnvironment(arguments.given, !arguments.environment.empty());
+    const bool isRender = LowerExtension(arguments.scene) == ".exr";
+    if (isRender && (arguments.hasPixel || !arguments.given.empty() || !arguments.settingsFrom.empty()))
+        Reject(
+            Text("explain {} takes no options of a scene: a pixel's paths are those of raygraph explain "
+                 "SCENE --settings-from {} --pixel X,Y",
+                 Printable(arguments.scene.string()), Printable(arguments.scene.string())));
+    if (!isRender && !(arguments.noiseMap.empty() && arguments.groupMap.empty()))
+        Reject("--noise-map and --group-map show the .exr of a render, not a scene");
+    if (!isRender && !arguments.hasPixel) Reject("explain needs --pixel X,Y of the scene's picture");
+    for (const std::filesystem::path& map : {arguments.noiseMap, arguments.groupMap})
+        if (!map.empty()) ParseOutput(map, std::array{OutputKind::Png});
 }
 
 CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
@@ -536,7 +560,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     }
     if (*graph) return graphArguments;
     if (*explain) {
-        CheckEnvironment(explainArguments.given, !explainArguments.environment.empty());
+        CheckExplain(explainArguments);
         return explainArguments;
     }
     if (*denoise) {

@@ -65,7 +65,7 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
 CommandFiles FilesOf(const ExplainArguments& arguments) {
     return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.settingsFrom}),
             .updated = {},
-            .outputs = {},
+            .outputs = NonEmpty({arguments.noiseMap, arguments.groupMap}),
             .replacing = {}};
 }
 

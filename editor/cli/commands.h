@@ -22,7 +22,8 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
 ExitCode BenchCommand(const BenchArguments& arguments, Console& console);
 void InfoCommand(const InfoArguments& arguments, Console& console);
 void GraphCommand(const GraphArguments& arguments, Console& console);
-void ExplainCommand(const ExplainArguments& arguments, Console& console);
+// Returns Failure if one of the outputs could not be written.
+ExitCode ExplainCommand(const ExplainArguments& arguments, Console& console);
 // Returns Failure if one of the outputs could not be written.
 ExitCode MergeCommand(const MergeArguments& arguments, Console& console);
 // Returns Failure likewise.

@@ -1,6 +1,7 @@
 // Prints lines for people: results to stdout, everything else to stderr.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "editor/cli/program_log.h"
@@ -20,6 +21,8 @@ struct Console {
 
 // Prints the line to stdout.
 void PrintLine(std::string_view text);
+// Returns the text as one word of a command line of a shell, in quotes where it needs them.
+std::string ForShell(const std::string& text);
 
 // Throws Error{Io} unless everything printed has reached stdout. Each command ends with this.
 void RequirePrinted();

@@ -32,7 +32,7 @@ ExitCode Run(int argc, const char* const* argv) {
             [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
             [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
             [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
-            [](const ExplainArguments& arguments) { return Plain(ExplainCommand)(arguments); },
+            [](const ExplainArguments& arguments) { return RunCommand(arguments, ExplainCommand); },
             [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
             [](const DenoiseArguments& arguments) { return RunCommand(arguments, DenoiseCommand); },
             [](const CompareArguments& arguments) { return RunCommand(arguments, CompareCommand); },

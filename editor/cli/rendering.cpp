@@ -316,7 +316,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (settings.paths.isEnvironmentHidden) refuse("only path-traced renders know --transparent");
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
-    if (settings.view != View::RayCost) {
+    if (!passes::CountsPaths(settings.view)) {
         // These are the settings that the view uses
         PictureSettings its = settings;
         its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};

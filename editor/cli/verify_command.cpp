@@ -32,18 +32,6 @@ namespace {
 // Is what an accepted difference is of (Verify::Key).
 constexpr const char* kAttributeReference = "raygraph.reference";
 
-std::string ForShell(const std::string& text) {
-    constexpr std::string_view kPlain = "+,-./:=@_%";
-    const bool isPlain = !text.empty() && std::ranges::all_of(text, [&](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-               kPlain.find(c) != kPlain.npos;
-    });
-    if (isPlain) return text;
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
-}
-
 // Returns the command that explains the reference, but for the pixel.
 std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& settings) {
     std::string command = "raygraph explain " + ForShell(one.scene.string());

@@ -1,6 +1,6 @@
 // The outputs of Trace (passes/trace.h): the radiance, its parts if PATH_PARTS is defined, the light groups
-// if LIGHT_GROUPS is, and the rays if COUNT_RAYS is. Images have the region's size; a texel is a position in
-// them. Includers that add to what is there define OUTPUTS_ARE_READ.
+// if LIGHT_GROUPS is, and rays and bounces if COUNT_RAYS is. Images have the region's size; a texel is a
+// position in them. Includers that add to what is there define OUTPUTS_ARE_READ.
 #ifndef RAYGRAPH_PATHTRACE_OUTPUTS_GLSL
 #define RAYGRAPH_PATHTRACE_OUTPUTS_GLSL
 
@@ -17,6 +17,7 @@
 layout(set = 0, binding = 16, rgba32f) OUTPUT_ACCESS uniform image2D radiance;
 #ifdef COUNT_RAYS
 layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
+layout(set = 0, binding = 18, r32f) writeonly uniform image2D bounceCounts;
 #endif
 #ifdef PATH_PARTS
 layout(set = 0, binding = 18, rgba32f) OUTPUT_ACCESS uniform image2D emission;
@@ -66,6 +67,7 @@ void StoreOutputs(ivec2 texel, PathState path) {
     imageStore(radiance, texel, vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
     imageStore(rayCounts, texel, vec4(float(path.rayCount)));
+    imageStore(bounceCounts, texel, vec4(float(path.depth)));
 #endif
 #ifdef PATH_PARTS
     imageStore(emission, texel, vec4(path.parts.emission, path.alpha));

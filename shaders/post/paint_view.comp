@@ -45,6 +45,7 @@ vec3 Paint(vec4 value) {
         case kViewWireframe:
             return mix(vec3(0.12f * coverage + 0.4f * value.y), kEdgeColor, value.x);
         case kViewOverdraw:
+        case kViewPathLength:
             return CountHeatColor(value.x, 5.0f);
         case kViewRayCost:
             return CountHeatColor(value.x, 10.0f);

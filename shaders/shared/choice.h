@@ -154,6 +154,7 @@ constexpr auto Values() {
 //               y: cosine between the normal and the way to the camera
 //   Overdraw:   surfaces drawn in the pixel, hidden ones included
 //   RayCost:    rays that the pixel's path took, shadow rays included
+//   PathLength: bounces of that path
 // clang-format off
 #define RAYGRAPH_VIEWS(X, Of)                                  \
     X(Of, PathTraced, 0, "path-traced", "")                    \
@@ -168,7 +169,8 @@ constexpr auto Values() {
     X(Of, Material, 9, "material", "")                         \
     X(Of, Wireframe, 10, "wireframe", "")                      \
     X(Of, Overdraw, 11, "overdraw", "")                        \
-    X(Of, RayCost, 12, "ray-cost", "")
+    X(Of, RayCost, 12, "ray-cost", "")                         \
+    X(Of, PathLength, 13, "path-length", "")
 // clang-format on
 
 // --- The choices in C++ and in GLSL ---

@@ -146,7 +146,8 @@ TEST(ProgramRender, MergedPartsAndResumedOnesHaveTheBitsOfOneRun) {
 
 TEST(ProgramRender, ViewsWithoutLightAreRendered) {
     const test::TemporaryFolder folder;
-    for (const std::string view : {"normals", "depth", "instance", "material", "overdraw", "ray-cost"}) {
+    for (const std::string view :
+         {"normals", "depth", "instance", "material", "overdraw", "ray-cost", "path-length"}) {
         const std::filesystem::path png = folder / (view + ".png"), exr = folder / (view + ".exr");
         const bool isSingle = view == "depth" || view == "instance" || view == "material";
         RenderCornell(folder, Text("--view {0} -o {0}.png -o {0}.exr {1}", view, isSingle ? "" : "--spp 2"));
@@ -248,6 +249,24 @@ TEST(ProgramGraph, ShowsThePassesOfAFrame) {
     ASSERT_EQ(first.exitCode, 0) << first.messages;
     EXPECT_EQ(first.output.find("digraph"), 0u) << first.output;
     EXPECT_NE(first.output.find("UploadInstances"), std::string::npos) << first.output;
+}
+
+TEST(ProgramExplain, ARendersNoiseIsPrintedWithTheCommandForItsFirstPixel) {
+    const test::TemporaryFolder folder;
+    const ProgramResult rendered = RunProgram(
+        folder, "render @cornell.gltf --size 16x16 --spp 4 --light-group lamp=lamp* -o p.exr --quiet");
+    ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
+    const ProgramResult said =
+        RunProgram(folder, "explain p.exr --noise-map noise.png --group-map groups.png");
+    ASSERT_EQ(said.exitCode, 0) << said.messages;
+    EXPECT_THAT(said.output, ::testing::HasSubstr("light: lamp 100 %\n"));
+    EXPECT_THAT(said.output,
+                ::testing::HasSubstr("raygraph explain cornell.gltf --settings-from p.exr --pixel "));
+    for (const char* map : {"noise.png", "groups.png"})
+        EXPECT_EQ(image::DecodeImage8(ReadFile(folder / map), map).width, 16u);
+    EXPECT_EQ(RunProgram(folder, "explain p.exr --pixel 1,1").exitCode, 2);
+    EXPECT_EQ(RunProgram(folder, "explain @cornell.gltf").exitCode, 2);
+    EXPECT_EQ(RunProgram(folder, "explain @cornell.gltf --pixel 1,1 --noise-map n.png").exitCode, 2);
 }
 
 }  // namespace

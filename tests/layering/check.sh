@@ -74,7 +74,7 @@ CheckLayers() {
     MayInclude renderer/ "$lower|shaders/embedded.h|rhi/|renderer/"
     MayInclude passes/ "$lower|rhi/|renderer/|passes/"
     MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
-    MayInclude editor/session/ "$lower|rhi/|renderer/|passes/|editor/session/"
+    MayInclude editor/session/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/session/"
     MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
     MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
     MayNotInclude 'renderer/scene/(model|animation|geometry|formats)/' 'renderer/scene/gltf/'

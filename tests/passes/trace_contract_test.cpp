@@ -89,8 +89,10 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
     const passes::TraceIds traced = passes::Trace(render.renderer, ids, settings, {.rayCounts = true});
     const Readback counted = render.renderer.ReadBack(traced.radiance);
     const Readback counts = render.renderer.ReadBack(traced.rayCounts);
+    const Readback bounces = render.renderer.ReadBack(traced.bounces);
     render.renderer.Execute();
     counts.Wait();
+    for (const float count : WaitForValues<float>(bounces)) ASSERT_EQ(count, 2.0f);
     const auto* rays = reinterpret_cast<const float*>(counts.Bytes().data());
     for (size_t i = 0; i < counts.Bytes().size() / sizeof(float); ++i)
         ASSERT_EQ(rays[i], 3.0f) << "a closed box ends every path at the depth limit";

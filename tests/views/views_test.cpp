@@ -215,7 +215,8 @@ TEST_F(PaintedViews, HeatMapsAreTheRampOfTheLogarithm) {
     const float steps[] = {0.0f, 0.5f, 1.0f, 1.0f};
     for (uint32_t i = 0; i < 4; ++i)
         ExpectNear(Rgb(rays, i), shading::SrgbEncode(shading::HeatColor(steps[i])));
-    ExpectNear(Rgb(Paint(View::Overdraw, {31, 0, 0, 1}), 0), shading::SrgbEncode(shading::HeatColor(1.0f)));
+    for (const View view : {View::Overdraw, View::PathLength})
+        ExpectNear(Rgb(Paint(view, {31, 0, 0, 1}), 0), shading::SrgbEncode(shading::HeatColor(1.0f)));
     EXPECT_THROW(Paint(View::Raster, {0, 0, 0, 1}), Error);
 }
 
