@@ -1,53 +1,83 @@
 #include "editor/app/actions.h"
 
+#include <algorithm>
+
+#include "base/printable.h"
+#include "base/text.h"
+
 namespace raygraph::editor {
 
 namespace {
 
 // clang-format off
 constexpr ActionRow kActions[] = {
-    {Action::Open, Menu::FileMenu, "Open...", {KeyPress{Key::O, true}}, "open a scene or an environment"},
-    {Action::SaveScene, Menu::FileMenu, "Save scene as...", {KeyPress{Key::S, true, true}},
-     "save the scene with its edits"},
-    {Action::SavePicture, Menu::FileMenu, "Save picture...", {KeyPress{Key::S, true}},
+    {Action::Open, "open", Menu::FileMenu, "Open...", {KeyPress{Key::O, true}}, "open a scene or an environment"},
+    {Action::SaveScene, "save-scene", Menu::FileMenu, "Save scene", {KeyPress{Key::S, true}},
+     "save the scene with its edits, over its file"},
+    {Action::SaveSceneAs, "save-scene-as", Menu::FileMenu, "Save scene as...", {KeyPress{Key::S, true, true}},
+     "save the scene with its edits under another name"},
+    {Action::SavePicture, "save-picture", Menu::FileMenu, "Save picture...", {KeyPress{Key::E, true}},
      "save the picture as .png or .exr", true},
-    {Action::Screenshot, Menu::FileMenu, "Screenshot", {KeyPress{Key::F12}},
-     "screenshot: raygraph.png in the current folder"},
-    {Action::Quit, Menu::FileMenu, "Quit", {KeyPress{Key::Q, true}}, "quit", true},
-    {Action::Undo, Menu::EditMenu, "Undo", {KeyPress{Key::Z, true}}, "undo"},
-    {Action::Redo, Menu::EditMenu, "Redo", {KeyPress{Key::Y, true}, KeyPress{Key::Z, true, true}}, "redo"},
-    {Action::Hide, Menu::EditMenu, "Hide or show", {KeyPress{Key::H}}, "hide or show the selection"},
-    {Action::Frame, Menu::CameraMenu, "Frame", {KeyPress{Key::F}}, "frame the selection or the whole scene"},
-    {Action::SceneCamera, Menu::None, "", {KeyPress{Key::Home}}, "the scene's camera"},
-    {Action::Play, Menu::AnimationMenu, "Play", {KeyPress{Key::Space}}, "play or pause the animation"},
-    {Action::Stop, Menu::AnimationMenu, "Stop", {KeyPress{Key::Space, false, true}},
+    {Action::Screenshot, "screenshot", Menu::FileMenu, "Screenshot", {KeyPress{Key::F12}},
+     "save the picture in the current folder, as SCENE-0001.png and so on"},
+    {Action::Quit, "quit", Menu::FileMenu, "Quit", {KeyPress{Key::Q, true}}, "quit", true},
+    {Action::Undo, "undo", Menu::EditMenu, "Undo", {KeyPress{Key::Z, true}}, "undo"},
+    {Action::Redo, "redo", Menu::EditMenu, "Redo", {KeyPress{Key::Y, true}, KeyPress{Key::Z, true, true}}, "redo"},
+    {Action::Hide, "hide", Menu::EditMenu, "Hide or show", {KeyPress{Key::H}}, "hide or show the selection"},
+    {Action::Frame, "frame", Menu::CameraMenu, "Frame", {KeyPress{Key::F}}, "frame the selection or the whole scene"},
+    {Action::SceneCamera, "scene-camera", Menu::CameraMenu, "Scene's camera", {KeyPress{Key::Home}, KeyPress{Key::Digit0}},
+     "look through the scene's camera"},
+    {Action::Front, "front", Menu::CameraMenu, "Front", {KeyPress{Key::Digit1}}, "look from the front, along -z", true},
+    {Action::Back, "back", Menu::CameraMenu, "Back", {KeyPress{Key::Digit1, true}}, "look from the back"},
+    {Action::Right, "right", Menu::CameraMenu, "Right", {KeyPress{Key::Digit3}}, "look from the right, along -x"},
+    {Action::Left, "left", Menu::CameraMenu, "Left", {KeyPress{Key::Digit3, true}}, "look from the left"},
+    {Action::Top, "top", Menu::CameraMenu, "Top", {KeyPress{Key::Digit7}}, "look from above, along -y"},
+    {Action::Bottom, "bottom", Menu::CameraMenu, "Bottom", {KeyPress{Key::Digit7, true}}, "look from below"},
+    {Action::Orthographic, "orthographic", Menu::CameraMenu, "Orthographic", {KeyPress{Key::Digit5}},
+     "orthographic or perspective", true},
+    {Action::Play, "play", Menu::AnimationMenu, "Play", {KeyPress{Key::Space}}, "play or pause the animation"},
+    {Action::Stop, "stop", Menu::AnimationMenu, "Stop", {KeyPress{Key::Space, false, true}},
      "stop the animation: back to the rest pose"},
-    {Action::Loop, Menu::AnimationMenu, "Loop", {}, "", true},
-    {Action::Hierarchy, Menu::PanelMenu, "Hierarchy", {}, "", false, &Panels::hierarchy},
-    {Action::Inspector, Menu::PanelMenu, "Inspector", {}, "", false, &Panels::inspector},
-    {Action::Timeline, Menu::PanelMenu, "Timeline", {KeyPress{Key::K}}, "the timeline", false,
+    {Action::Loop, "loop", Menu::AnimationMenu, "Loop", {}, "whether the animation starts again at its end", true},
+    {Action::Hierarchy, "hierarchy", Menu::PanelMenu, "Hierarchy", {}, "the hierarchy", false, &Panels::hierarchy},
+    {Action::Inspector, "inspector", Menu::PanelMenu, "Inspector", {KeyPress{Key::N}}, "the inspector", false,
+     &Panels::inspector},
+    {Action::Timeline, "timeline", Menu::PanelMenu, "Timeline", {KeyPress{Key::K}}, "the timeline", false,
      &Panels::timeline},
-    {Action::Statistics, Menu::PanelMenu, "Statistics", {KeyPress{Key::T}}, "statistics", false,
+    {Action::Statistics, "statistics", Menu::PanelMenu, "Statistics", {KeyPress{Key::T}}, "statistics", false,
      &Panels::statistics},
-    {Action::Graph, Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan", false,
+    {Action::Graph, "graph", Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan", false,
      &Panels::graph},
-    {Action::Log, Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log", false, &Panels::log},
-    {Action::Path, Menu::PanelMenu, "Path of a pixel", {KeyPress{Key::E}},
+    {Action::Log, "log", Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log", false, &Panels::log},
+    {Action::Path, "path", Menu::PanelMenu, "Path of a pixel", {KeyPress{Key::I}},
      "the path of the pixel that is clicked", false, &Panels::path},
-    {Action::Help, Menu::PanelMenu, "Help", {KeyPress{Key::F1}}, "this help", false, &Panels::help},
-    {Action::Raster, Menu::None, "", {KeyPress{Key::R}}, "raster, and back"},
-    {Action::Wipe, Menu::None, "", {KeyPress{Key::W}}, "wipe, and back"},
-    {Action::NextView, Menu::None, "", {KeyPress{Key::Tab}}, "next view"},
-    {Action::Move, Menu::None, "Move", {KeyPress{Key::Z}}, "handles that move"},
-    {Action::Rotate, Menu::None, "Rotate", {KeyPress{Key::X}}, "handles that rotate"},
-    {Action::Scale, Menu::None, "Scale", {KeyPress{Key::C}}, "handles that scale"},
-    {Action::Space, Menu::None, "", {KeyPress{Key::V}}, "axes of the handles: world or local"},
-    {Action::Pivot, Menu::None, "", {KeyPress{Key::P}},
+    {Action::Help, "help", Menu::PanelMenu, "Help and keys", {KeyPress{Key::F1}}, "this list, where keys are changed",
+     false, &Panels::help},
+    {Action::Raster, "raster", Menu::None, "", {KeyPress{Key::V}}, "raster, and back"},
+    {Action::Wipe, "wipe", Menu::None, "", {KeyPress{Key::C}}, "wipe, and back"},
+    {Action::NextView, "next-view", Menu::None, "", {KeyPress{Key::Tab}}, "next view"},
+    {Action::Move, "move", Menu::None, "Move", {KeyPress{Key::W}}, "handles that move"},
+    {Action::Rotate, "rotate", Menu::None, "Rotate", {KeyPress{Key::E}}, "handles that rotate"},
+    {Action::Scale, "scale", Menu::None, "Scale", {KeyPress{Key::R}}, "handles that scale"},
+    {Action::Space, "space", Menu::None, "", {KeyPress{Key::X}}, "axes of the handles: world or local"},
+    {Action::Pivot, "pivot", Menu::None, "", {KeyPress{Key::P}},
      "place of the handles: the middle of the selection or its origin"},
-    {Action::Cancel, Menu::None, "", {KeyPress{Key::Escape}}, "undo the drag; else clear the selection"},
-    {Action::ReloadShaders, Menu::None, "", {KeyPress{Key::F5}}, "reload shaders, from --shaders FOLDER"},
+    {Action::Cancel, "cancel", Menu::None, "", {KeyPress{Key::Escape}},
+     "close what is open; else undo the drag; else clear the selection"},
+    {Action::ReloadShaders, "reload-shaders", Menu::None, "", {KeyPress{Key::F5}},
+     "reload shaders, from --shaders FOLDER"},
 };
 // clang-format on
+
+// What KeyPreset::Blender changes. The keys are taken from other actions.
+constexpr std::pair<Action, Keys> kBlenderKeys[] = {
+    {Action::Move, {KeyPress{Key::G}}},
+    {Action::Rotate, {KeyPress{Key::R}}},
+    {Action::Scale, {KeyPress{Key::S}}},
+    {Action::Frame, {KeyPress{Key::Period}, KeyPress{Key::Home}}},
+    {Action::SceneCamera, {KeyPress{Key::Digit0}}},
+    {Action::Redo, {KeyPress{Key::Z, true, true}}},
+};
 
 constexpr bool AreActionsInOrder() {
     size_t place = 0;
@@ -79,21 +109,29 @@ constexpr bool HasUniqueKeys() {
 }
 static_assert(HasUniqueKeys(), "a key asks for two actions");
 
-// Gestures are done with the mouse, or with keys that are held or numbered.
-constexpr std::pair<const char*, const char*> kGestures[] = {
-    {"left drag", "orbit; on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
-    {"middle drag, Shift + left drag", "pan"},
-    {"wheel", "closer, farther"},
-    {"right drag", "look around; with W A S D Q E fly (Shift: fast, Ctrl: slow)"},
-    {"click", "select the object under the pointer, with its material"},
-    {"1 to 9", "camera bookmark; Ctrl and the digit sets it"},
-};
-
 }  // namespace
+
+// --- Keys and their texts ---
 
 std::string KeyText(const KeyPress& press) {
     return std::string(press.isControl ? "Ctrl+" : "") + (press.isShift ? "Shift+" : "") + Name(press.key);
 }
+
+KeyPress KeyFromText(std::string_view text) {
+    KeyPress press{};
+    for (size_t plus = text.find('+'); plus != std::string_view::npos; plus = text.find('+')) {
+        const std::string_view modifier = text.substr(0, plus);
+        const bool isControl = IsSameName(modifier, "ctrl");
+        if (!isControl && !IsSameName(modifier, "shift"))
+            throw MakeError(ErrorKind::Usage, "there is no modifier \"{}\"", Printable(modifier));
+        (isControl ? press.isControl : press.isShift) = true;
+        text.remove_prefix(plus + 1);
+    }
+    press.key = KeyFromName(text);
+    return press;
+}
+
+// --- The table and the bindings ---
 
 std::span<const ActionRow> Actions() {
     return kActions;
@@ -103,28 +141,57 @@ const ActionRow& Row(Action action) {
     return kActions[static_cast<size_t>(action)];
 }
 
-std::string KeysText(const ActionRow& row) {
+KeyBindings::KeyBindings(KeyPreset preset) : m_preset(preset) {
+    for (const ActionRow& row : kActions) m_keys[static_cast<size_t>(row.action)] = row.keys;
+    if (preset == KeyPreset::Blender)
+        for (const auto& [action, keys] : kBlenderKeys) Bind(action, keys);
+}
+
+std::string KeyBindings::TextOf(Action action) const {
     std::string text;
-    for (const std::optional<KeyPress>& key : row.keys)
+    for (const std::optional<KeyPress>& key : Of(action))
         if (key) text += (text.empty() ? "" : ", ") + KeyText(*key);
     return text;
 }
 
-std::optional<Action> ActionOf(const KeyPress& press) {
+std::optional<Action> KeyBindings::ActionOf(const KeyPress& press) const {
     std::optional<Action> withoutShift;
     for (const ActionRow& row : kActions)
-        for (const std::optional<KeyPress>& key : row.keys) {
+        for (const std::optional<KeyPress>& key : Of(row.action)) {
             if (key == press) return row.action;
             if (key == KeyPress{press.key, press.isControl}) withoutShift = row.action;
         }
     return withoutShift;
 }
 
-std::vector<std::pair<std::string, std::string>> HelpRows() {
-    std::vector<std::pair<std::string, std::string>> rows(std::begin(kGestures), std::end(kGestures));
+void KeyBindings::Bind(Action action, const Keys& keys) {
+    for (Keys& others : m_keys) {
+        for (std::optional<KeyPress>& key : others)
+            if (key && std::ranges::count(keys, key) > 0) key.reset();
+        if (!others[0]) std::swap(others[0], others[1]);
+    }
+    m_keys[static_cast<size_t>(action)] = keys;
+}
+
+std::vector<Action> KeyBindings::Changed() const {
+    const KeyBindings preset(m_preset);
+    std::vector<Action> changed;
     for (const ActionRow& row : kActions)
-        if (row.keys[0]) rows.emplace_back(KeysText(row), row.help);
-    return rows;
+        if (Of(row.action) != preset.Of(row.action)) changed.push_back(row.action);
+    return changed;
+}
+
+std::vector<std::pair<std::string, std::string>> GestureRows(KeyPreset preset) {
+    const bool isBlender = preset == KeyPreset::Blender;
+    return {
+        {isBlender ? "middle drag, left drag" : "left drag",
+         "orbit; with the left button on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
+        {isBlender ? "Shift + middle or left drag" : "middle drag, Shift + left drag", "pan"},
+        {"wheel", "closer, farther"},
+        {"right drag", "look around; with W A S D Q E fly (Shift: fast, Ctrl: slow)"},
+        {"click", "select the object under the pointer, with its material"},
+        {"Shift + 1 to 9", "camera bookmark; with Ctrl set it"},
+    };
 }
 
 }  // namespace raygraph::editor

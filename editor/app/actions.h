@@ -6,17 +6,20 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "editor/app/input.h"
-#include "editor/app/settings.h"
+#include "editor/app/panel_switches.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::editor {
 
 enum class Action : uint8_t {
     Open,
     SaveScene,
+    SaveSceneAs,
     SavePicture,
     Screenshot,
     Quit,
@@ -25,6 +28,13 @@ enum class Action : uint8_t {
     Hide,
     Frame,
     SceneCamera,
+    Front,
+    Back,
+    Right,
+    Left,
+    Top,
+    Bottom,
+    Orthographic,
     Play,
     Stop,
     Loop,
@@ -48,6 +58,7 @@ enum class Action : uint8_t {
     ReloadShaders,
     Count  // the number of actions
 };
+inline constexpr size_t kActionCount = static_cast<size_t>(Action::Count);
 
 struct KeyPress {
     Key key;
@@ -56,27 +67,60 @@ struct KeyPress {
     bool operator==(const KeyPress&) const = default;
 };
 std::string KeyText(const KeyPress& press);  // e.g. "Ctrl+Shift+S"
+// Returns the key of a text as KeyText returns it, in any case. Throws Error{Usage} for another text.
+KeyPress KeyFromText(std::string_view text);
 
 enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, AnimationMenu, PanelMenu };
 
+using Keys = std::array<std::optional<KeyPress>, 2>;  // alternatives; the first is shown in menus
+
 struct ActionRow {
     Action action;
+    const char* name = "";  // in the file of settings
     Menu menu = Menu::None;
-    const char* label = "";                            // text of the menu item or the button
-    std::array<std::optional<KeyPress>, 2> keys = {};  // alternatives
-    const char* help = "";                             // shown for actions with keys
-    bool beginsGroup = false;                          // a separator precedes it in its menu
-    bool Panels::*panel = nullptr;                     // the panel that it shows or hides; null: none
+    const char* label = "";               // text of the menu item or the button
+    Keys keys = {};                       // by KeyPreset::Raygraph
+    const char* help = "";                // what it does
+    bool beginsGroup = false;             // a separator precedes it in its menu
+    bool Panels::*panel = nullptr;        // the panel that it shows or hides; null: none
 };
 // Returns a row per Action, in the order of the enum; menus list their actions in this order.
 std::span<const ActionRow> Actions();
 const ActionRow& Row(Action action);
-std::string KeysText(const ActionRow& row);  // e.g. "Ctrl+Y, Ctrl+Shift+Z"; "" without keys
 
-// Returns the action that is bound to a key. Shift is compared only where it tells two actions apart.
-std::optional<Action> ActionOf(const KeyPress& press);
+//   Raygraph: W, E and R are move, rotate and scale, as in many game engines
+//   Blender: G, R and S are; the middle button orbits
+#define RAYGRAPH_KEY_PRESETS(X, Of)   \
+    X(Of, Raygraph, 0, "raygraph", "") \
+    X(Of, Blender, 1, "blender", "")
+RAYGRAPH_CHOICE(KeyPreset, RAYGRAPH_KEY_PRESETS)
 
-// Returns the rows of the help panel: a key or a mouse gesture, and its effect.
-std::vector<std::pair<std::string, std::string>> HelpRows();
+// KeyBindings says which keys ask for which action: those of a preset, with the user's changes.
+class KeyBindings {
+  public:
+    KeyBindings() : KeyBindings(KeyPreset::Raygraph) {}
+    explicit KeyBindings(KeyPreset preset);
+
+    KeyPreset Preset() const { return m_preset; }
+    const Keys& Of(Action action) const { return m_keys[static_cast<size_t>(action)]; }
+    // Returns, for example, "Ctrl+Y, Ctrl+Shift+Z"; "" without keys.
+    std::string TextOf(Action action) const;
+    // Returns the action that is bound to a key. Shift is compared only where it tells two actions apart.
+    std::optional<Action> ActionOf(const KeyPress& press) const;
+    // Gives the action these keys, and takes them from the others.
+    void Bind(Action action, const Keys& keys);
+    // Returns the actions whose keys are not those of the preset.
+    std::vector<Action> Changed() const;
+
+    bool operator==(const KeyBindings&) const = default;
+
+  private:
+    KeyPreset m_preset;
+    std::array<Keys, kActionCount> m_keys;
+};
+
+// Returns the rows of the help: what is done with the mouse, or with keys that are held or numbered, and its
+// effect.
+std::vector<std::pair<std::string, std::string>> GestureRows(KeyPreset preset);
 
 }  // namespace raygraph::editor

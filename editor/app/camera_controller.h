@@ -26,12 +26,17 @@ class CameraController {
     void Dolly(float notches);
     // Moves the eye and the pivot by meters along right, up and forward.
     void Fly(glm::vec3 meters);
+    // Looks at the pivot along a direction, from the same distance. +y is up; in a view from straight above, -z
+    // is, and from below +z.
+    void LookAlong(glm::vec3 direction);
+    // Changes between an orthographic and a perspective view of the same height at the pivot.
+    void ToggleOrthographic();
     // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about
     // its middle.
     void Frame(const scene::Bounds& bounds);
 
   private:
-    void Face(glm::vec3 forward);
+    void Face(glm::vec3 forward, glm::vec3 up = {0.0f, 1.0f, 0.0f});
     scene::CameraView m_view;
     float m_distance = 1.0f;
 };

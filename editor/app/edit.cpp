@@ -127,8 +127,12 @@ void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
 }
 
 std::string KeyList() {
+    const KeyBindings bindings;
+    std::vector<std::pair<std::string, std::string>> rows = GestureRows(bindings.Preset());
+    for (const ActionRow& row : Actions())
+        if (const std::string keys = bindings.TextOf(row.action); !keys.empty()) rows.emplace_back(keys, row.help);
     std::string list;
-    for (const auto& [keys, effect] : HelpRows())
+    for (const auto& [keys, effect] : rows)
         list += Text("{}{:<32}{}", list.empty() ? "" : "\n", keys, effect);
     return list;
 }

@@ -1,5 +1,6 @@
 #include "editor/app/editor.h"
 
+#include <imgui_internal.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -101,9 +102,15 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     return !m_isQuitting || IsSaving(hasDrawn);
 }
 
+bool Editor::HasSample() const {
+    const viewport::ViewportProgress progress = m_work.view.Progress();
+    return !progress.isPreview &&
+           (!viewport::ShowsPathTraced(m_work.view.Show().view) || progress.pathTracedSamples > 0);
+}
+
 bool Editor::IsPlaybackPaused() const {
     const bool isTakingPictures = m_work.view.Show().view != viewport::View::Surface;
-    return m_gizmo.IsHeld() ||
+    return m_gizmo.IsHeld() || !m_pictureFile.empty() ||
            (isTakingPictures && std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken)));
 }
 
@@ -119,7 +126,7 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     }
     const TextureId picture = m_work.view.Declare();
     const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
-    if (!m_pictureFile.empty() && picture.IsValid() && !m_work.view.Progress().isPreview)
+    if (!m_pictureFile.empty() && picture.IsValid() && HasSample())
         m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false,
                             m_work.view.Progress().denoisedSamples});
     if (!m_windowFile.empty())
@@ -178,8 +185,10 @@ void Editor::MenuEntries(Menu menu) {
     for (const ActionRow& row : Actions()) {
         if (row.menu != menu) continue;
         if (row.beginsGroup) ImGui::Separator();
-        const std::string key = row.keys[0] ? KeyText(*row.keys[0]) : "";
-        if (ImGui::MenuItem(row.label, key.c_str(), IsOn(row.action), CanDo(row.action))) Perform(row.action);
+        const std::optional<KeyPress>& key = m_work.keys.Of(row.action)[0];
+        if (ImGui::MenuItem(row.label, key ? KeyText(*key).c_str() : "", IsOn(row.action),
+                            WhyNot(row.action).empty()))
+            Perform(row.action);
         if (row.action == Action::Open && ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
             for (const std::filesystem::path& file : std::vector(m_work.recent))
                 if (ImGui::MenuItem(file.c_str())) Open(file);
@@ -244,7 +253,7 @@ void Editor::BuildUi(const FrameInput& input) {
         ImGui::SetNextWindowPos({0.5f * window.x, 0.5f * window.y}, ImGuiCond_Always, {0.5f, 0.5f});
         if (ImGui::Begin("Help", &m_work.panels.help,
                          ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings))
-            HelpPanel();
+            HelpPanel(m_work);
         ImGui::End();
     }
 }
@@ -369,15 +378,26 @@ constexpr float kClickReach = 4.0f;   // points of movement that still count as 
 constexpr float kFlySpeed = 0.6f;     // distances to the pivot per second
 constexpr float kLongestStep = 0.1f;  // seconds: longest time step of a frame's flight
 
+// Closes menus, lists and color pickers, but no dialog.
+void CloseMenus() {
+    const ImVector<ImGuiPopupData>& open = ImGui::GetCurrentContext()->OpenPopupStack;
+    int first = open.Size;
+    while (first > 0 && open[first - 1].Window && !(open[first - 1].Window->Flags & ImGuiWindowFlags_Modal))
+        --first;
+    if (first < open.Size) ImGui::ClosePopupToLevel(first, true);
+}
+
 }  // namespace
 
 void Editor::UseBookmark(size_t slot, bool isKept) {
     std::optional<Bookmark>& bookmark = m_work.bookmarks.at(slot);
     if (isKept) {
         bookmark = {m_work.camera.View(), m_work.camera.Distance()};
-        m_work.ShowMessage(Text("camera kept under {}", slot + 1));
+        m_work.ShowMessage(Text("camera kept under Shift+{}", slot + 1));
     } else if (bookmark) {
         m_work.camera.Set(bookmark->view, bookmark->distance);
+    } else {
+        m_work.ShowMessage(Text("there is no camera under Shift+{0}: Ctrl+Shift+{0} keeps one", slot + 1));
     }
 }
 
@@ -390,11 +410,13 @@ void Editor::Perform(Action action) {
         case Action::Open:
             return ShowOpenDialog();
         case Action::SaveScene:
+            return SaveEdits();
+        case Action::SaveSceneAs:
             return ShowSaveSceneDialog();
         case Action::SavePicture:
             return ShowSavePictureDialog();
         case Action::Screenshot:
-            return SavePicture(PictureName("raygraph"));
+            return SavePicture(ScreenshotName());
         case Action::Quit:
             return Leave();
         case Action::Undo:
@@ -408,6 +430,20 @@ void Editor::Perform(Action action) {
         case Action::SceneCamera:
             return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
                                                                             : std::optional<uint32_t>(0));
+        case Action::Front:
+            return m_work.camera.LookAlong({0.0f, 0.0f, -1.0f});
+        case Action::Back:
+            return m_work.camera.LookAlong({0.0f, 0.0f, 1.0f});
+        case Action::Right:
+            return m_work.camera.LookAlong({-1.0f, 0.0f, 0.0f});
+        case Action::Left:
+            return m_work.camera.LookAlong({1.0f, 0.0f, 0.0f});
+        case Action::Top:
+            return m_work.camera.LookAlong({0.0f, -1.0f, 0.0f});
+        case Action::Bottom:
+            return m_work.camera.LookAlong({0.0f, 1.0f, 0.0f});
+        case Action::Orthographic:
+            return m_work.camera.ToggleOrthographic();
         case Action::Play:
             return m_work.timeline.Toggle();
         case Action::Stop:
@@ -447,7 +483,10 @@ void Editor::Perform(Action action) {
             m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
             return;
         case Action::Cancel:
-            if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
+            if (m_work.panels.help)
+                m_work.panels.help = false;
+            else if (!m_gizmo.Cancel(m_work))
+                m_work.Select(std::nullopt);
             return;
         case Action::ReloadShaders:
             return ReloadShaders();
@@ -476,13 +515,23 @@ void Editor::ReloadShaders() {
                                                                   : "no shader has changed");
 }
 
-bool Editor::CanDo(Action action) const {
-    if (action == Action::SaveScene) return !m_work.document.File().empty();
-    if (action == Action::Undo) return m_work.document.CanUndo();
-    if (action == Action::Redo) return m_work.document.CanRedo();
-    if (action == Action::Hide) return m_work.selectedNode.has_value();
-    if (Row(action).menu == Menu::AnimationMenu) return !m_work.timeline.IsEmpty();
-    return true;
+std::string Editor::WhyNot(Action action) const {
+    const bool hasScene = !m_work.document.File().empty();
+    switch (action) {
+        case Action::SaveScene:
+        case Action::SaveSceneAs:
+            return hasScene ? "" : "there is no scene to save";
+        case Action::Undo:
+            return m_work.document.CanUndo() ? "" : "there is nothing to undo";
+        case Action::Redo:
+            return m_work.document.CanRedo() ? "" : "there is nothing to redo";
+        case Action::Hide:
+            return m_work.selectedNode ? "" : "nothing is selected";
+        default:
+            return Row(action).menu == Menu::AnimationMenu && m_work.timeline.IsEmpty()
+                       ? "the scene has no animation"
+                       : "";
+    }
 }
 
 bool Editor::IsOn(Action action) const {
@@ -492,15 +541,43 @@ bool Editor::IsOn(Action action) const {
     return panel && m_work.panels.*panel;
 }
 
+void Editor::BindKey(const KeyPress& press) {
+    const Action action = *std::exchange(m_work.actionToBind, std::nullopt);
+    if (press == KeyPress{Key::Escape}) return;
+    const bool isRemoved = press == KeyPress{Key::Backspace} || press == KeyPress{Key::Delete};
+    std::string loser;
+    for (const ActionRow& row : Actions())
+        if (row.action != action && std::ranges::count(m_work.keys.Of(row.action), press) > 0) loser = row.help;
+    m_work.keys.Bind(action, isRemoved ? editor::Keys{} : editor::Keys{press});
+    if (!loser.empty()) m_work.ShowMessage(Text("{} is no longer: {}", KeyText(press), loser));
+}
+
 void Editor::Keys(const FrameInput& input) {
     const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
+    if (io.WantTextInput) return;
+    if (ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) {
+        // Dialogs take Escape themselves: what they ask is answered by it
+        if (std::ranges::count(input.pressed, Key::Escape) > 0) CloseMenus();
+        return;
+    }
     if (m_drag == MouseButton::Right) return;  // the right button flies
     for (const Key key : input.pressed) {
-        if (key >= Key::Digit1 && key <= Key::Digit9)
+        const KeyPress press{key, input.isControl, input.isShift};
+        if (m_work.actionToBind) {
+            BindKey(press);
+        } else if (input.isShift && key >= Key::Digit1 && key <= Key::Digit9) {
             UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
-        else if (const std::optional<Action> action = ActionOf({key, input.isControl, input.isShift}))
-            Perform(*action);
+        } else if (const std::optional<Action> action = m_work.keys.ActionOf(press)) {
+            const std::string why = WhyNot(*action);
+            if (why.empty())
+                Perform(*action);
+            else
+                m_work.ShowMessage(Text("{}: {}", KeyText(press), why));
+        } else {
+            const std::string help = m_work.keys.TextOf(Action::Help);
+            m_work.ShowMessage(Text("{} does nothing{}", KeyText(press),
+                                    help.empty() ? "" : Text("; {} lists the keys", help)));
+        }
     }
 }
 
@@ -548,7 +625,8 @@ void Editor::Mouse(const FrameInput& input) {
         if (moved != glm::vec2(0.0f)) m_work.camera.Turn(kTurn * glm::vec2(moved.x, -moved.y));
         Fly(input);
     } else if (m_hasMoved && moved != glm::vec2(0.0f)) {
-        const bool isPan = m_drag == MouseButton::Middle || input.isShift;
+        const bool isPan = input.isShift || (m_drag == MouseButton::Middle &&
+                                             m_work.keys.Preset() != KeyPreset::Blender);
         const float height = static_cast<float>(std::max(size.height, 1u)) / input.scale;
         if (isPan)
             m_work.camera.Pan(glm::vec2(moved.x, -moved.y) / height);
@@ -658,6 +736,23 @@ void Editor::ShowSavePictureDialog() {
                  [this](const std::filesystem::path& file) { SavePicture(file); });
 }
 
+void Editor::SaveEdits() {
+    if (m_work.document.IsEdited())
+        SaveScene(m_work.document.File());
+    else
+        m_work.ShowMessage(Text("{} has no edits to save", m_work.document.File()));
+}
+
+std::filesystem::path Editor::ScreenshotName() const {
+    const std::string stem = m_work.document.File().stem().string();
+    for (uint32_t number = 1;; ++number) {
+        const std::filesystem::path name =
+            PictureName(Text("{}-{:04}", stem.empty() ? "raygraph" : stem, number));
+        std::error_code error;
+        if (!std::filesystem::exists(name, error)) return name;
+    }
+}
+
 void Editor::ShowSaveSceneDialog() {
     if (m_work.document.File().empty()) return;
     std::filesystem::path suggestion = m_work.document.File();
@@ -711,8 +806,9 @@ bool Editor::IsSaving(bool hasDrawn) {
         if (!file.empty())
             m_work.ReportError(Text("{}: not saved, the editor was closed without a picture", file));
     };
-    // A drawn frame has taken these files unless there was no picture
-    giveUp(std::exchange(m_pictureFile, {}));
+    // A drawn frame has taken these files unless there was no picture, or no sample of it yet
+    const bool isAwaitingSample = hasDrawn && !m_pictureFile.empty() && !HasSample();
+    if (!isAwaitingSample) giveUp(std::exchange(m_pictureFile, {}));
     giveUp(std::exchange(m_windowFile, {}));
     // A surface view has no render
     if (!hasDrawn || m_work.view.Show().view == viewport::View::Surface)
@@ -720,7 +816,7 @@ bool Editor::IsSaving(bool hasDrawn) {
             if (!saving.isTaken) giveUp(saving.file);
             return !saving.isTaken;
         });
-    return !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
+    return isAwaitingSample || !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
 }
 
 void Editor::HandleCaptures() {

@@ -75,6 +75,12 @@ class Editor {
     // Returns `stem` as the suggested name of a .png, which says if the picture is denoised.
     std::string PictureName(const std::string& stem) const;
     void ShowSaveSceneDialog();
+    // Saves over the open file, if there are edits.
+    void SaveEdits();
+    // Returns the name of a file in the current folder that is not there yet: "fox-0001.png".
+    std::filesystem::path ScreenshotName() const;
+    // Gives the key to Workspace::actionToBind.
+    void BindKey(const KeyPress& press);
     float LowerPanels(float left, float right, float bottom);
     float TimelineStrip(float left, float right, float bottom);
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
@@ -82,7 +88,8 @@ class Editor {
     void UseBookmark(size_t slot, bool isKept);
     void Perform(Action action);
     void ReloadShaders();
-    bool CanDo(Action action) const;
+    // Returns why the action does nothing now, as "there is nothing to undo"; "": it does something.
+    std::string WhyNot(Action action) const;
     bool IsOn(Action action) const;
     void Keys(const FrameInput& input);
     void Mouse(const FrameInput& input);
@@ -94,6 +101,8 @@ class Editor {
     // Draws the panels around the picture that the viewport drew last.
     void DrawLastPicture(Screen& screen, const FrameInput& input);
     void HandleCaptures();
+    // Returns whether the picture has a whole sample, so that it is worth saving.
+    bool HasSample() const;
     // Returns whether animations are paused because a handle is held or a picture is about to be taken.
     bool IsPlaybackPaused() const;
     // Hands readbacks that have arrived to the worker, and reports those that it has written.

@@ -146,8 +146,9 @@ void GizmoView::Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const
 }
 
 void GizmoButtons(Workspace& work) {
-    const auto button = [](const char* label, Action action) {
-        return ImGui::Button((std::string(label) + " (" + KeysText(Row(action)) + ")").c_str());
+    const auto button = [&](const char* label, Action action) {
+        const std::string keys = work.keys.TextOf(action);
+        return ImGui::Button((label + (keys.empty() ? "" : " (" + keys + ")")).c_str());
     };
     constexpr std::pair<GizmoTool, Action> kTools[] = {{GizmoTool::Move, Action::Move},
                                                        {GizmoTool::Rotate, Action::Rotate},

@@ -21,7 +21,8 @@ bool IsSameName(std::string_view a, std::string_view b) {
         a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 const char* Name(Key key) {
-    return kKeyNames[static_cast<size_t>(key)];
+    const char* name = kKeyNames[static_cast<size_t>(key)];
+    return key >= Key::Digit0 && key <= Key::Digit9 ? name + std::string_view("Digit").size() : name;
 }
 
 void FrameInput::Append(FrameInput&& later) {
@@ -52,7 +53,7 @@ bool FrameInput::IsActiveSince(const FrameInput& before) const {
 
 Key KeyFromName(std::string_view name) {
     for (size_t i = 0; i < kKeyCount; ++i)
-        if (IsSameName(kKeyNames[i], name)) return static_cast<Key>(i);
+        if (IsSameName(Name(static_cast<Key>(i)), name)) return static_cast<Key>(i);
     throw MakeError(ErrorKind::Usage, "there is no key '{}'", name);
 }
 

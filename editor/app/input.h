@@ -23,14 +23,14 @@ namespace raygraph::editor {
     KEY(Digit7) KEY(Digit8) KEY(Digit9) KEY(F1) KEY(F2) KEY(F3) KEY(F4) KEY(F5) KEY(F6) KEY(F7)   \
     KEY(F8) KEY(F9) KEY(F10) KEY(F11) KEY(F12) KEY(Tab) KEY(Space) KEY(Enter) KEY(Escape)         \
     KEY(Backspace) KEY(Delete) KEY(Home) KEY(End) KEY(Left) KEY(Right) KEY(Up) KEY(Down)          \
-    KEY(PageUp) KEY(PageDown)
+    KEY(PageUp) KEY(PageDown) KEY(Period)
 // clang-format on
 
 #define RAYGRAPH_DECLARE_KEY(name) name,
 enum class Key : uint8_t { RAYGRAPH_KEYS(RAYGRAPH_DECLARE_KEY) Count };
 #undef RAYGRAPH_DECLARE_KEY
 inline constexpr size_t kKeyCount = static_cast<size_t>(Key::Count);
-const char* Name(Key key);
+const char* Name(Key key);  // of a digit's key: "1"
 // Compares names without case.
 bool IsSameName(std::string_view a, std::string_view b);
 // Returns the key of a name, in any case. Throws Error{Usage} for an unknown name.

@@ -24,6 +24,7 @@ void LogPanel(Workspace& work);
 void PathPanel(Workspace& work);
 // Draws that path into the current ImGui window, over the picture of this corner and size in points.
 void DrawPath(const Workspace& work, ImVec2 corner, glm::vec2 size);
-void HelpPanel();
+// Lists what mouse and keys do; a click on a key binds another one.
+void HelpPanel(Workspace& work);
 
 }  // namespace raygraph::editor

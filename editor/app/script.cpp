@@ -347,19 +347,6 @@ viewport::View ViewOf(const std::string& name) {
     return ChoiceOf<viewport::View>(name, "view");
 }
 
-// Parses a key with modifiers: "ctrl+shift+z".
-PressKey KeyOf(std::string name) {
-    PressKey press{};
-    for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
-        const std::string modifier = name.substr(0, plus);
-        if (modifier != "ctrl" && modifier != "shift") Reject("there is no modifier {}", Quoted(modifier));
-        (modifier == "ctrl" ? press.isControl : press.isShift) = true;
-        name = name.substr(plus + 1);
-    }
-    press.key = KeyFromName(name);
-    return press;
-}
-
 // Decodes the text, which is well-formed UTF-8.
 std::u32string CodePoints(std::string_view text) {
     std::u32string points;
@@ -384,7 +371,10 @@ class LineReader {
         if (verb == "scale") return SetScale{Number(Word(1), 0.5f, 8.0f)};
         if (verb == "open") return DropFile{Rest(1)};
         if (verb == "close") return CloseWindow{};
-        if (verb == "key") return KeyOf(Word(1));
+        if (verb == "key") {
+            const KeyPress press = KeyFromText(Word(1));
+            return PressKey{press.key, press.isControl, press.isShift};
+        }
         if (verb == "mouse") return MoveMouse{Place(Word(1), Word(2))};
         if (verb == "press") return HoldButton{ButtonOf(Word(1)), true, false, false};
         if (verb == "release") return HoldButton{ButtonOf(Word(1)), false, true, false};

@@ -45,6 +45,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         view.Number("wipe", settings.show.wipePosition, kWipeRange);
         view.Number("maxError", settings.show.maxError, kErrorRange);
     });
+    visitor.Keys("keys", settings.keys);
     visitor.In("gizmo", [&](const Visitor& gizmo) {
         gizmo.Choice("tool", settings.tool);
         gizmo.Choice("space", settings.toolSpace);
@@ -86,6 +87,22 @@ class Reader {
         for (const Enum known : Values<Enum>())
             if (json && IsSameName(json->get_ref<const std::string&>(), Name(known))) value = known;
     }
+    // Reads the preset and the keys that differ from it. Unknown names leave the keys as they are.
+    void Keys(const char* key, KeyBindings& keys) const {
+        In(key, [&](const Reader& reader) {
+            KeyPreset preset = KeyPreset::Raygraph;
+            reader.Choice("preset", preset);
+            keys = KeyBindings(preset);
+            for (const ActionRow& row : Actions()) {
+                const Json* list = reader.Find(row.name, &Json::is_array, "a list of keys");
+                if (!list) continue;
+                editor::Keys pressed;
+                for (size_t i = 0; i < std::min(list->size(), pressed.size()); ++i)
+                    pressed[i] = KeyFromText((*list)[i].get<std::string>());
+                keys.Bind(row.action, pressed);
+            }
+        });
+    }
     void Files(const char* key, std::vector<std::filesystem::path>& files) const {
         const Json* list = Find(key, &Json::is_array, "a list");
         if (!list) return;
@@ -125,6 +142,16 @@ class Writer {
     template <typename Enum>
     void Choice(const char* key, const std::optional<Enum>& value) const {
         if (value) Choice(key, *value);
+    }
+    void Keys(const char* key, const KeyBindings& keys) const {
+        In(key, [&](const Writer& writer) {
+            writer.Choice("preset", keys.Preset());
+            for (const Action action : keys.Changed()) {
+                Json& list = writer.m_json[Row(action).name] = Json::array();
+                for (const std::optional<KeyPress>& press : keys.Of(action))
+                    if (press) list.push_back(KeyText(*press));
+            }
+        });
     }
     void Files(const char* key, const std::vector<std::filesystem::path>& files) const {
         m_json[key] = Json::array();

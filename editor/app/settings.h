@@ -1,43 +1,17 @@
-// Holds the editor's stored settings: panels, window, view settings, recent files.
+// Holds the editor's stored settings: panels, window, keys, view settings, recent files.
 #pragma once
 
 #include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "editor/app/actions.h"
 #include "editor/app/gizmo.h"
 #include "editor/viewport/view_settings.h"
 #include "rhi/format.h"
 
 namespace raygraph::editor {
-
-// Switches the panels beside the picture on and off.
-struct Panels {
-    bool hierarchy = true;
-    bool inspector = true;
-    bool timeline = true;  // shown only for scenes with animations
-    bool statistics = false;
-    bool graph = false;
-    bool log = false;
-    bool path = false;  // while it is shown, clicks explain pixels
-    bool help = false;
-
-    bool operator==(const Panels&) const = default;
-};
-// Gives each panel its name in the file.
-struct PanelName {
-    const char* name;
-    bool Panels::*isShown;
-};
-inline constexpr PanelName kPanels[] = {
-    {"hierarchy", &Panels::hierarchy}, {"inspector", &Panels::inspector},
-    {"timeline", &Panels::timeline},   {"statistics", &Panels::statistics},
-    {"graph", &Panels::graph},         {"log", &Panels::log},
-    {"path", &Panels::path},           {"help", &Panels::help},
-};
-static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 
 // Bounds a number among the view settings, in the file and in the panel.
 struct Range {
@@ -52,6 +26,7 @@ struct Settings {
     rhi::Extent2D window{1440, 900};     // points
     std::optional<viewport::View> view;  // none: the user has not chosen one
     viewport::ShowSettings show;         // stored: compared, isDenoised, wipe, exposure, operator, maxError
+    KeyBindings keys;
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;

@@ -270,12 +270,14 @@ void ApplyStyle(ImGuiStyle& style) {
 }
 
 void FeedKeys(ImGuiIO& io, const FrameInput& input) {
+    // Tab goes from field to field, but not into the first
+    const auto isDown = [&](Key key) { return input.IsDown(key) && (key != Key::Tab || io.WantTextInput); };
 #if IMGUI_VERSION_NUM >= 18700
-    for (const KeyPair& pair : kKeyPairs) io.AddKeyEvent(pair.to, input.IsDown(pair.from));
+    for (const KeyPair& pair : kKeyPairs) io.AddKeyEvent(pair.to, isDown(pair.from));
 #else
     for (const KeyPair& pair : kKeyPairs) {
         io.KeyMap[pair.to] = static_cast<int>(pair.from);
-        io.KeysDown[static_cast<int>(pair.from)] = input.IsDown(pair.from);
+        io.KeysDown[static_cast<int>(pair.from)] = isDown(pair.from);
     }
 #endif
 }

@@ -102,14 +102,33 @@ void SettingsPanel(Workspace& work) {
     ImGui::PopItemWidth();
 }
 
-void HelpPanel() {
-    if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) return;
-    for (const auto& [key, what] : HelpRows()) {
+void HelpPanel(Workspace& work) {
+    KeyPreset preset = work.keys.Preset();
+    ImGui::SetNextItemWidth(140.0f);
+    Choose("keys", preset);
+    if (preset != work.keys.Preset()) work.keys = KeyBindings(preset);
+    ImGui::SameLine();
+    ImGui::TextDisabled("%s", work.actionToBind ? "press a key; Escape: as it was; Delete: none"
+                                                : "click on a key to choose another one");
+    const ImVec2 size{0.0f, std::min(620.0f, 0.75f * ImGui::GetIO().DisplaySize.y)};
+    if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_ScrollY, size)) return;
+    const auto help = [](const char* text) {
+        ImGui::TableNextColumn();
+        ImGui::AlignTextToFramePadding();
+        ImGui::TextDisabled("%s", text);
+    };
+    for (const auto& [gesture, what] : GestureRows(preset)) {
         ImGui::TableNextRow();
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(key.c_str());
+        ImGui::TextUnformatted(gesture.c_str());
+        help(what.c_str());
+    }
+    for (const ActionRow& row : Actions()) {
+        ImGui::TableNextRow();
         ImGui::TableNextColumn();
-        ImGui::TextDisabled("%s", what.c_str());
+        const std::string keys = work.actionToBind == row.action ? "..." : work.keys.TextOf(row.action);
+        if (ImGui::Button((keys + "##" + row.name).c_str(), {170.0f, 0.0f})) work.actionToBind = row.action;
+        help(row.help);
     }
     ImGui::EndTable();
 }

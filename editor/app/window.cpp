@@ -20,6 +20,7 @@ std::optional<Key> KeyOf(int key) {
     };
     if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) return from(GLFW_KEY_A, Key::A);
     if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) return from(GLFW_KEY_0, Key::Digit0);
+    if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) return from(GLFW_KEY_KP_0, Key::Digit0);
     if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) return from(GLFW_KEY_F1, Key::F1);
     switch (key) {
         case GLFW_KEY_TAB:
@@ -47,6 +48,9 @@ std::optional<Key> KeyOf(int key) {
             return Key::Up;
         case GLFW_KEY_DOWN:
             return Key::Down;
+        case GLFW_KEY_PERIOD:
+        case GLFW_KEY_KP_DECIMAL:
+            return Key::Period;
         case GLFW_KEY_PAGE_UP:
             return Key::PageUp;
         case GLFW_KEY_PAGE_DOWN:

@@ -171,6 +171,7 @@ void Workspace::ContinueChoosingView() {
 
 void Workspace::Take(const Settings& settings) {
     panels = settings.panels;
+    keys = settings.keys;
     tool = settings.tool;
     toolSpace = settings.toolSpace;
     pivot = settings.pivot;
@@ -183,6 +184,7 @@ void Workspace::Take(const Settings& settings) {
 Settings Workspace::SettingsToSave() const {
     Settings settings;
     settings.panels = panels;
+    settings.keys = keys;
     settings.tool = tool;
     settings.toolSpace = toolSpace;
     settings.pivot = pivot;

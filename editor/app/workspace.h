@@ -142,7 +142,9 @@ class Workspace {
     Timeline timeline;                                 // animations of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of points and lines in scenes that are opened
     std::filesystem::path root;                        // scene::LoadOptions::root for scenes that are opened
-    std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
+    std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9, with Shift
+    KeyBindings keys;
+    std::optional<Action> actionToBind;  // the next key is given to it
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // to be scrolled to in the hierarchy
     std::optional<uint32_t> selectedNode;

@@ -23,7 +23,7 @@ TEST_F(ExplainedPixelTest, AClickExplainsTheBrightestSampleAndLeadsToItsObjects)
     Play("size 320x440\nopen " + test::SourceFile("scenes/cornell.gltf").string() +
          "\nview path-traced\nwait\nsamples 4\nmouse 160 90\nclick left\nwait\n");
     EXPECT_FALSE(work.explained.Shown()) << "the panel is closed";
-    Play("size 320x440\nkey escape\nkey E\nframes 2\nmouse 160 90\nclick left\nwait\nframes 2\n");
+    Play("size 320x440\nkey escape\nkey I\nframes 2\nmouse 160 90\nclick left\nwait\nframes 2\n");
     ASSERT_TRUE(work.explained.Shown()) << work.message;
     const session::Explanation shown = *work.explained.Shown();
     const session::ExplainedPath path = work.explained.Path();

@@ -273,6 +273,34 @@ TEST(CameraController, OrbitStopsShortOfThePoles) {
     EXPECT_LT(camera.View().eye.y, 3.0f) << "it comes back";
 }
 
+TEST(CameraController, ViewsAlongAxesKeepThePivotAndAreLeftByOrbiting) {
+    CameraController camera = FromFront();
+    camera.Orbit({0.7f, 0.4f});
+    for (const glm::vec3 direction : {glm::vec3(0, 0, -1), glm::vec3(-1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, -1, 0)}) {
+        camera.LookAlong(direction);
+        ExpectNear(camera.View().forward, direction);
+        ExpectNear(camera.Pivot(), {0, 0, 0});
+        EXPECT_NEAR(glm::length(camera.View().eye), 4.0f, 1e-5f);
+    }
+    ExpectNear(camera.View().up, {0, 0, -1}, 1e-5f);
+    ExpectNear(camera.View().right, {1, 0, 0}, 1e-5f);
+    camera.Orbit({0.0f, -0.5f});
+    EXPECT_LT(camera.View().forward.z, -0.4f) << "it tilts to the front, and does not turn around";
+    EXPECT_GT(camera.View().right.x, 0.999f);
+}
+
+TEST(CameraController, BothProjectionsShowTheSameHeightAtThePivot) {
+    CameraController camera = FromFront();
+    camera.ToggleOrthographic();
+    EXPECT_EQ(camera.View().projection, scene::Projection::Orthographic);
+    EXPECT_NEAR(camera.View().height, 2.0f * 4.0f * std::tan(0.5f * camera.View().yFov), 1e-5f);
+    camera.Dolly(1.0f);
+    camera.ToggleOrthographic();
+    EXPECT_EQ(camera.View().projection, scene::Projection::Perspective);
+    ExpectNear(camera.View().eye, {0, 0, 4.0f * 0.85f});
+    ExpectNear(camera.Pivot(), {0, 0, 0});
+}
+
 TEST(CameraController, TurnKeepsTheEye) {
     CameraController camera = FromFront();
     camera.Turn({0.4f, 0.2f});
@@ -342,23 +370,50 @@ TEST(CameraController, FlyGoesAlongItsOwnAxes) {
 // Tests which actions keys are bound to, and that each has help.
 namespace raygraph::editor::actions_test {
 
-TEST(Actions, ShiftTellsApartWhereItCounts) {
-    EXPECT_EQ(ActionOf({Key::S, true, false}), Action::SavePicture);
-    EXPECT_EQ(ActionOf({Key::S, true, true}), Action::SaveScene);
-    EXPECT_EQ(ActionOf({Key::Z, true, true}), Action::Redo);
-    EXPECT_EQ(ActionOf({Key::Z, true, false}), Action::Undo);
-    EXPECT_EQ(ActionOf({Key::Y, true, true}), Action::Redo) << "Shift is of no account here";
-    EXPECT_EQ(ActionOf({Key::R, false, true}), Action::Raster);
-    EXPECT_EQ(ActionOf({Key::Z, false, false}), Action::Move) << "without Ctrl";
-    EXPECT_EQ(ActionOf({Key::R, true, false}), std::nullopt);
-    EXPECT_EQ(ActionOf({Key::B, false, false}), std::nullopt);
+TEST(KeyBindings, ShiftTellsApartWhereItCounts) {
+    const KeyBindings keys;
+    EXPECT_EQ(keys.ActionOf({Key::S, true, false}), Action::SaveScene);
+    EXPECT_EQ(keys.ActionOf({Key::S, true, true}), Action::SaveSceneAs);
+    EXPECT_EQ(keys.ActionOf({Key::Z, true, true}), Action::Redo);
+    EXPECT_EQ(keys.ActionOf({Key::Z, true, false}), Action::Undo);
+    EXPECT_EQ(keys.ActionOf({Key::Y, true, true}), Action::Redo) << "Shift is of no account here";
+    EXPECT_EQ(keys.ActionOf({Key::R, false, true}), Action::Scale);
+    EXPECT_EQ(keys.ActionOf({Key::E, false, false}), Action::Rotate) << "without Ctrl";
+    EXPECT_EQ(keys.ActionOf({Key::R, true, false}), std::nullopt);
+    EXPECT_EQ(keys.ActionOf({Key::B, false, false}), std::nullopt);
 }
 
-TEST(Actions, EachIsInAMenuOrHasAKeyAndKeysHaveHelp) {
+TEST(KeyBindings, AKeyAsksForOneActionInEachPreset) {
+    for (const KeyPreset preset : Values<KeyPreset>()) {
+        const KeyBindings keys(preset);
+        EXPECT_TRUE(keys.Changed().empty());
+        for (const ActionRow& row : Actions())
+            for (const std::optional<KeyPress>& key : keys.Of(row.action)) {
+                if (!key) continue;
+                EXPECT_EQ(keys.ActionOf(*key), row.action) << Name(preset) << ": " << KeyText(*key);
+            }
+    }
+    KeyBindings keys;
+    keys.Bind(Action::Hide, {KeyPress{Key::Y, true}});
+    EXPECT_EQ(keys.TextOf(Action::Redo), "Ctrl+Shift+Z") << "the other alternative stays";
+    EXPECT_EQ(keys.TextOf(Action::Hide), "Ctrl+Y");
+}
+
+TEST(KeyBindings, TextsReadBackAsTheirKeys) {
+    for (size_t key = 0; key < kKeyCount; ++key)
+        for (const bool isControl : {false, true}) {
+            const KeyPress press{static_cast<Key>(key), isControl, key % 2 == 0};
+            EXPECT_EQ(KeyFromText(KeyText(press)), press) << KeyText(press);
+        }
+    EXPECT_EQ(KeyText({Key::Digit7, true}), "Ctrl+7");
+}
+
+TEST(Actions, EachIsInAMenuOrHasAKeyAndHelp) {
     for (const ActionRow& row : Actions()) {
-        EXPECT_TRUE(row.menu != Menu::None || row.keys[0]) << static_cast<int>(row.action);
-        EXPECT_EQ(row.keys[0].has_value(), *row.help != 0) << static_cast<int>(row.action);
-        EXPECT_TRUE(row.menu == Menu::None || *row.label != 0) << static_cast<int>(row.action);
+        EXPECT_TRUE(row.menu != Menu::None || row.keys[0]) << row.name;
+        EXPECT_NE(*row.help, 0) << row.name;
+        EXPECT_NE(*row.name, 0);
+        EXPECT_TRUE(row.menu == Menu::None || *row.label != 0) << row.name;
     }
 }
 

@@ -52,7 +52,7 @@ TEST_F(ScriptTest, OpensEmptyAndLeavesABrokenFileAside) {
 
 TEST_F(ScriptTest, TogglesPicksEditsAndUndoes) {
     Play(OpenCornell() +
-         "frames 3\nkey R\nexpect view path-traced\nkey R\nexpect view raster\n"
+         "frames 3\nkey V\nexpect view path-traced\nkey V\nexpect view raster\n"
          "mouse 320 120\nclick left\nwait\n");
     ASSERT_TRUE(editor.Work().selectedMaterial) << "the back wall is there";
     const uint32_t material = *editor.Work().selectedMaterial;
@@ -90,7 +90,7 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
          "release left\n");
     EXPECT_EQ(work.document.WorldTransform(node), before);
     // With the pivot in the middle, a rotation keeps the middle in place
-    Play("size 640x400\nkey P\nkey X\nkey V\nframes 2\n");
+    Play("size 640x400\nkey P\nkey E\nkey X\nframes 2\n");
     const scene::Bounds bounds = work.document.BoundsOf(node);
     const GizmoFrame middle = *FrameOf(before, GizmoTool::Rotate, GizmoSpace::Local, map, bounds.Center());
     const glm::vec2 ring =
@@ -101,7 +101,7 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     EXPECT_NE(turned, before);
     const glm::vec3 inside = glm::inverse(glm::mat4(before)) * glm::vec4(bounds.Center(), 1.0f);
     EXPECT_LT(glm::length(turned * glm::vec4(inside, 1.0f) - bounds.Center()), 1e-4f);
-    Play("size 640x400\nkey C\nframes 1\nkey escape\n");
+    Play("size 640x400\nkey R\nframes 1\nkey escape\n");
     EXPECT_EQ(work.tool, GizmoTool::Scale);
     EXPECT_EQ(work.toolSpace, GizmoSpace::Local);
     EXPECT_FALSE(work.selectedNode);
@@ -163,9 +163,9 @@ TEST_F(DefaultViewTest, IsRealTimeWhereFramesAreFast) {
     EXPECT_EQ(LinesAboutIt() - linesBefore, 1u);
     EXPECT_LE(editor.Work().view.Progress().realTimeMs.value(), Workspace::kMostRealTimeMs);
     EXPECT_FALSE(editor.Work().SettingsToSave().view.has_value()) << "the next start measures again";
-    Play("size 120x100\nkey R\n");
+    Play("size 120x100\nkey V\n");
     EXPECT_EQ(editor.Work().SettingsToSave().view, viewport::View::Raster);
-    Play("size 120x100\nkey R\nexpect view real-time\n");
+    Play("size 120x100\nkey V\nexpect view real-time\n");
 }
 
 TEST_F(DefaultViewTest, IsPathTracedAndDenoisedWhereTheyAreNot) {
@@ -179,7 +179,7 @@ TEST_F(DefaultViewTest, IsPathTracedAndDenoisedWhereTheyAreNot) {
 }
 
 TEST_F(DefaultViewTest, IsTheUsersWhereOneWasChosen) {
-    Choose("120x100", "key R\n");
+    Choose("120x100", "key V\n");
     EXPECT_EQ(Shown().view, viewport::View::Raster);
     EXPECT_EQ(editor.Work().SettingsToSave().view, viewport::View::Raster);
 }
@@ -318,7 +318,7 @@ TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
     const test::EnvironmentVariable home("XDG_CONFIG_HOME", folder / "home");
     Play(OpenCornell() + "key T\nframes 1\n");
     EXPECT_FALSE(std::filesystem::exists(folder.Path() / "home"));
-    Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey X\nframes 1\n");
+    Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey E\nframes 1\n");
     std::string message;
     const Settings kept = ReadSettings(config, message);
     EXPECT_EQ(kept.view, viewport::View::Wipe);
@@ -330,6 +330,64 @@ TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
     Play("config " + config.string() + "\nexpect view wipe\n");
     std::ofstream(config / "editor.json") << "{ broken";
     Play("config " + config.string() + "\nexpect message editor.json\n");
+}
+
+TEST_F(ScriptTest, ControlSSavesOverTheFileAndAKeyThatDoesNothingSaysWhy) {
+    const std::filesystem::path file = folder.Path() / "own.gltf";
+    Play("size 640x400\nkey ctrl+s\nexpect message Ctrl+S: there is no scene to save\n"
+         "key ctrl+z\nexpect message Ctrl+Z: there is nothing to undo\n"
+         "key space\nexpect message Space: the scene has no animation\n"
+         "key J\nexpect message J does nothing; F1 lists the keys\n");
+    Play(OpenCornell() + "scene " + file.string() + "\nkey ctrl+s\nexpect message has no edits to save\n" +
+         "mouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nkey ctrl+s\nexpect message saved\n");
+    EXPECT_FALSE(editor.Work().document.IsEdited());
+    const uint32_t material = *editor.Work().selectedMaterial;
+    EXPECT_EQ(scene::LoadGltf(file).materials[material].baseColorFactor, glm::vec4(0.25f, 0.5f, 1.0f, 1.0f));
+}
+
+TEST_F(ScriptTest, KeysLookAlongAxesAndChangeTheProjection) {
+    Play(OpenCornell() + "view raster\nkey 7\nframes 1\n");
+    const CameraController& camera = editor.Work().camera;
+    EXPECT_EQ(camera.View().forward, glm::vec3(0.0f, -1.0f, 0.0f));
+    Play("size 640x400\nkey ctrl+3\nkey 5\nframes 1\nkey ctrl+shift+1\nexpect message camera kept under Shift+1\n"
+         "key 1\n");
+    EXPECT_EQ(camera.View().forward, glm::vec3(0.0f, 0.0f, -1.0f));
+    EXPECT_EQ(camera.View().projection, scene::Projection::Orthographic);
+    Play("size 640x400\nkey 5\nkey shift+1\n");
+    EXPECT_EQ(camera.View().forward, glm::vec3(1.0f, 0.0f, 0.0f)) << "the view from the left was kept";
+    Play("size 640x400\nkey shift+2\nexpect message there is no camera under Shift+2\n");
+}
+
+TEST_F(ScriptTest, KeysAreBoundInTheHelpAndStored) {
+    const std::filesystem::path config = folder.Path() / "config";
+    Workspace& work = editor.Work();
+    Play("config " + config.string() + "\nsize 640x400\nkey f1\nframes 1\n");
+    work.actionToBind = Action::Move;
+    Play("size 640x400\nkey V\nexpect message V is no longer: raster, and back\nkey escape\n");
+    EXPECT_FALSE(work.panels.help) << "Escape closes it";
+    work.tool = GizmoTool::Scale;
+    Play("size 640x400\nkey W\nexpect message W does nothing; F1 lists the keys\nkey V\n");
+    EXPECT_EQ(work.tool, GizmoTool::Move);
+    std::string message;
+    EXPECT_EQ(ReadSettings(config, message).keys, work.keys);
+    EXPECT_EQ(work.keys.Changed(), (std::vector{Action::Raster, Action::Move}));
+    std::ofstream(config / "editor.json") << R"({"keys": {"preset": "blender", "hide": ["J", "Ctrl+J"]}})";
+    Play("config " + config.string() + "\nsize 640x400\n");
+    EXPECT_EQ(work.keys.ActionOf({Key::G}), Action::Move);
+    EXPECT_EQ(work.keys.ActionOf({Key::J, true}), Action::Hide);
+    EXPECT_EQ(work.keys.TextOf(Action::Graph), "") << "G is another's";
+    std::ofstream(config / "editor.json") << R"({"keys": {"hide": ["Hyper+J"]}})";
+    Play("config " + config.string() + "\nexpect message there is no modifier\n");
+}
+
+TEST_F(ScriptTest, TabStaysOutOfNumberFieldsAndScreenshotsAreNumbered) {
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.Path());
+    Play(OpenCornell() + "view path-traced\nmouse 320 120\nclick left\nwait\nkey tab\nframes 2\nkey f12\nwait\nkey f12\nwait\n");
+    std::filesystem::current_path(before);
+    EXPECT_NE(editor.Work().view.Show().view, viewport::View::PathTraced) << "Tab went to a field";
+    EXPECT_TRUE(std::filesystem::exists(folder / "cornell-0001.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "cornell-0002.png"));
 }
 
 TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
@@ -488,8 +546,8 @@ TEST_F(ScriptTest, MistakesAreFoundBeforeAnythingIsPlayed) {
 
 TEST_F(ScriptTest, KeysWhileFlyingOnlyFly) {
     Play(OpenCornell() +
-         "mouse 320 200\npress right\nkey ctrl+q\nkey R\nexpect view raster\n"
-         "release right\nkey R\nexpect view path-traced\n");
+         "mouse 320 200\npress right\nkey ctrl+q\nkey V\nexpect view raster\n"
+         "release right\nkey V\nexpect view path-traced\n");
 }
 
 TEST_F(ScriptTest, ReloadSaysThatThereAreNoSources) {
@@ -596,7 +654,7 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
     script
         << "size 400x260\nopen " << test::SourceFile("scenes/cornell.gltf").string() << "\nwait\n"
         << "mouse 200 100\ndrag left 40 10\ndrag middle 5 5\nwheel 1\nframes 2\n"
-        << "key R\nframes 2\nkey R\nframes 2\nkey W\nframes 2\nview relative error\nframes 3\nkey W\nkey W\n"
+        << "key V\nframes 2\nkey V\nframes 2\nkey C\nframes 2\nview relative error\nframes 3\nkey C\nkey C\n"
         << "mouse 200 90\nclick left\nwait\nmaterial base 0.1 0.9 0.2\nexpect edits 1\nkey ctrl+z\nexpect "
            "edits 0\n"
         << "key T\nframes 2\nkey G\nframes 2\nkey F1\nframes 2\nkey F1\nkey T\nkey G\n"

@@ -1,0 +1,34 @@
+// Panels says which panels are shown beside the picture. Pure.
+#pragma once
+
+#include <iterator>
+
+namespace raygraph::editor {
+
+// Switches the panels beside the picture on and off.
+struct Panels {
+    bool hierarchy = true;
+    bool inspector = true;
+    bool timeline = true;  // shown only for scenes with animations
+    bool statistics = false;
+    bool graph = false;
+    bool log = false;
+    bool path = false;  // while it is shown, clicks explain pixels
+    bool help = false;
+
+    bool operator==(const Panels&) const = default;
+};
+// Gives each panel its name in the file.
+struct PanelName {
+    const char* name;
+    bool Panels::*isShown;
+};
+inline constexpr PanelName kPanels[] = {
+    {"hierarchy", &Panels::hierarchy}, {"inspector", &Panels::inspector},
+    {"timeline", &Panels::timeline},   {"statistics", &Panels::statistics},
+    {"graph", &Panels::graph},         {"log", &Panels::log},
+    {"path", &Panels::path},           {"help", &Panels::help},
+};
+static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
+
+}  // namespace raygraph::editor
