@@ -15,6 +15,7 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "base/api.h"
 
@@ -149,6 +150,32 @@ size_t TerminalWidth(std::FILE* stream);
 
 // Returns whether a text matches a shell pattern: * ? [a-z].
 bool MatchesPattern(const std::string& text, const std::string& pattern);
+
+// -------------------------------------------------------------------------------------- other programs
+
+// Returns whether the program is in one of the folders of PATH.
+bool FindProgram(const std::string& name);
+// ChildProcess runs a program of PATH with its arguments, without a shell. Its destructor ends the program.
+class ChildProcess {
+  public:
+    explicit ChildProcess(const std::vector<std::string>& command);
+    ~ChildProcess();
+    ChildProcess(const ChildProcess&) = delete;
+    ChildProcess& operator=(const ChildProcess&) = delete;
+
+    // Reads what the program has written to its stdout. Returns whether it has not ended yet; does not block.
+    bool IsRunning();
+    // Returns all that it has written; none if it could not be started or ended with another status than 0.
+    // For after its end.
+    const std::optional<std::string>& Output() const { return m_output; }
+
+  private:
+    void Reap();
+
+    int m_process = 0;  // 0: it has ended
+    int m_pipe = -1;
+    std::optional<std::string> m_output;
+};
 
 // --------------------------------------------------------------------------------------------- signals
 

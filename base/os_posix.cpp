@@ -6,12 +6,14 @@
 #include <fnmatch.h>
 #include <linux/capability.h>
 #include <poll.h>
+#include <spawn.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #if defined(__GLIBC__) || __has_include(<malloc.h>)
 #include <malloc.h>
@@ -24,6 +26,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <ctime>
 #include <mutex>
 #include <set>
@@ -524,6 +527,65 @@ std::string LocalTimeOfDay() {
 
 bool MatchesPattern(const std::string& text, const std::string& pattern) {
     return fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
+}
+
+// -------------------------------------------------------------------------------------- other programs
+
+bool FindProgram(const std::string& name) {
+    const char* variable = std::getenv("PATH");
+    std::string_view folders = variable ? variable : "";
+    while (!folders.empty()) {
+        const size_t end = std::min(folders.find(':'), folders.size());
+        const std::filesystem::path file = std::filesystem::path(folders.substr(0, end)) / name;
+        if (access(file.c_str(), X_OK) == 0) return true;
+        folders.remove_prefix(std::min(end + 1, folders.size()));
+    }
+    return false;
+}
+
+ChildProcess::ChildProcess(const std::vector<std::string>& command) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return;
+    std::vector<char*> arguments;
+    for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    if (posix_spawnp(&m_process, arguments[0], &actions, nullptr, arguments.data(), environ) != 0)
+        m_process = 0;
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    m_pipe = ends[0];
+    fcntl(m_pipe, F_SETFL, O_NONBLOCK);
+    if (m_process != 0) m_output.emplace();
+}
+
+ChildProcess::~ChildProcess() {
+    if (m_process != 0) {
+        kill(m_process, SIGTERM);
+        Reap();
+    }
+    if (m_pipe >= 0) close(m_pipe);
+}
+
+void ChildProcess::Reap() {
+    int status = 0;
+    while (waitpid(m_process, &status, 0) < 0 && errno == EINTR) {
+    }
+    m_process = 0;
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) m_output.reset();
+}
+
+bool ChildProcess::IsRunning() {
+    if (m_process == 0) return false;
+    std::array<char, 4096> bytes;
+    ssize_t count = 0;
+    while ((count = read(m_pipe, bytes.data(), bytes.size())) > 0)
+        m_output->append(bytes.data(), static_cast<size_t>(count));
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+    Reap();  // it has closed its stdout, which is its end
+    return false;
 }
 
 // --------------------------------------------------------------------------------------------- signals

@@ -78,11 +78,11 @@ struct ActionRow {
     Action action;
     const char* name = "";  // in the file of settings
     Menu menu = Menu::None;
-    const char* label = "";               // text of the menu item or the button
-    Keys keys = {};                       // by KeyPreset::Raygraph
-    const char* help = "";                // what it does
-    bool beginsGroup = false;             // a separator precedes it in its menu
-    bool Panels::*panel = nullptr;        // the panel that it shows or hides; null: none
+    const char* label = "";         // text of the menu item or the button
+    Keys keys = {};                 // by KeyPreset::Raygraph
+    const char* help = "";          // what it does
+    bool beginsGroup = false;       // a separator precedes it in its menu
+    bool Panels::*panel = nullptr;  // the panel that it shows or hides; null: none
 };
 // Returns a row per Action, in the order of the enum; menus list their actions in this order.
 std::span<const ActionRow> Actions();
@@ -90,7 +90,7 @@ const ActionRow& Row(Action action);
 
 //   Raygraph: W, E and R are move, rotate and scale, as in many game engines
 //   Blender: G, R and S are; the middle button orbits
-#define RAYGRAPH_KEY_PRESETS(X, Of)   \
+#define RAYGRAPH_KEY_PRESETS(X, Of)    \
     X(Of, Raygraph, 0, "raygraph", "") \
     X(Of, Blender, 1, "blender", "")
 RAYGRAPH_CHOICE(KeyPreset, RAYGRAPH_KEY_PRESETS)

@@ -14,7 +14,8 @@ constexpr float kNearest = 1e-3f;    // meters from the pivot
 glm::vec3 Rotated(const scene::CameraView& view, glm::vec2 angles) {
     const glm::vec3& forward = view.forward;
     // A view from straight above or below heads where the picture's top is, or its bottom
-    const glm::vec3 ahead = std::abs(forward.y) < 0.9999f ? forward : -std::copysign(1.0f, forward.y) * view.up;
+    const glm::vec3 ahead =
+        std::abs(forward.y) < 0.9999f ? forward : -std::copysign(1.0f, forward.y) * view.up;
     const float heading = std::atan2(ahead.x, -ahead.z) + angles.x;
     const float tilt =
         std::clamp(std::asin(std::clamp(forward.y, -1.0f, 1.0f)) + angles.y, -kSteepest, kSteepest);

@@ -26,8 +26,8 @@ class CameraController {
     void Dolly(float notches);
     // Moves the eye and the pivot by meters along right, up and forward.
     void Fly(glm::vec3 meters);
-    // Looks at the pivot along a direction, from the same distance. +y is up; in a view from straight above, -z
-    // is, and from below +z.
+    // Looks at the pivot along a direction, from the same distance. +y is up; in a view from straight above,
+    // -z is, and from below +z.
     void LookAlong(glm::vec3 direction);
     // Changes between an orthographic and a perspective view of the same height at the pivot.
     void ToggleOrthographic();

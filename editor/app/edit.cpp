@@ -72,6 +72,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     budget.whilePreparing = viewport::PreparingView::Preview;
     editor.Work().view.SetBudget(budget);
     editor.Work().allowsLongFrames = true;
+    editor.AllowDesktopDialogs();
     if (!config.empty()) editor.SetConfigFolder(config);
     Begin(editor.Work(), options);
     if (!options.view && !editor.StoredSettings().view) editor.Work().ChooseViewByTime();
@@ -130,7 +131,8 @@ std::string KeyList() {
     const KeyBindings bindings;
     std::vector<std::pair<std::string, std::string>> rows = GestureRows(bindings.Preset());
     for (const ActionRow& row : Actions())
-        if (const std::string keys = bindings.TextOf(row.action); !keys.empty()) rows.emplace_back(keys, row.help);
+        if (const std::string keys = bindings.TextOf(row.action); !keys.empty())
+            rows.emplace_back(keys, row.help);
     std::string list;
     for (const auto& [keys, effect] : rows)
         list += Text("{}{:<32}{}", list.empty() ? "" : "\n", keys, effect);

@@ -229,7 +229,7 @@ void Editor::MenuBar() {
 
 void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
-    m_dialog.Draw();
+    m_dialog.Draw(m_work.recent);
     m_unsaved.Draw(input);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float side = std::floor(std::min(kSide, kSideShare * window.x));
@@ -547,7 +547,8 @@ void Editor::BindKey(const KeyPress& press) {
     const bool isRemoved = press == KeyPress{Key::Backspace} || press == KeyPress{Key::Delete};
     std::string loser;
     for (const ActionRow& row : Actions())
-        if (row.action != action && std::ranges::count(m_work.keys.Of(row.action), press) > 0) loser = row.help;
+        if (row.action != action && std::ranges::count(m_work.keys.Of(row.action), press) > 0)
+            loser = row.help;
     m_work.keys.Bind(action, isRemoved ? editor::Keys{} : editor::Keys{press});
     if (!loser.empty()) m_work.ShowMessage(Text("{} is no longer: {}", KeyText(press), loser));
 }
@@ -625,8 +626,8 @@ void Editor::Mouse(const FrameInput& input) {
         if (moved != glm::vec2(0.0f)) m_work.camera.Turn(kTurn * glm::vec2(moved.x, -moved.y));
         Fly(input);
     } else if (m_hasMoved && moved != glm::vec2(0.0f)) {
-        const bool isPan = input.isShift || (m_drag == MouseButton::Middle &&
-                                             m_work.keys.Preset() != KeyPreset::Blender);
+        const bool isPan =
+            input.isShift || (m_drag == MouseButton::Middle && m_work.keys.Preset() != KeyPreset::Blender);
         const float height = static_cast<float>(std::max(size.height, 1u)) / input.scale;
         if (isPan)
             m_work.camera.Pan(glm::vec2(moved.x, -moved.y) / height);
@@ -648,233 +649,6 @@ void Editor::ApplyPick() {
     if (node == scene::kNone) return;
     m_work.Select(node, result.material);
     m_work.nodeToReveal = node;
-}
-
-// --- Files: the dialogs that ask for a path, and pictures that are being written ---
-
-namespace {
-
-image::Image8 ToImage(const Readback& texels, bool isSwapped) {
-    image::Image8 picture{texels.Extent().width, texels.Extent().height, ValuesOf<uint8_t>(texels)};
-    for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
-        if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
-        picture.rgba[i + 3] = 255;
-    }
-    return picture;
-}
-
-// Returns what the message about a saved file adds to its name. Throws as AtomicFile does.
-std::string NoteFor(const std::filesystem::path& file) {
-    const std::string note = InPlaceWarning(file);
-    return note.empty() ? note : ", " + note;
-}
-
-}  // namespace
-
-void Editor::ConfirmDiscard(const std::string& loss, std::function<void()> then) {
-    if (!m_work.document.IsEdited()) {
-        then();
-        return;
-    }
-    const std::filesystem::path file = m_work.document.File();
-    m_unsaved.Ask(
-        Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.", file, loss),
-        [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
-            if (answer == UnsavedDialog::Answer::Cancel) return;
-            // If saving fails, the edits are kept, and the message says why
-            if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
-            then();
-        });
-}
-
-void Editor::Open(const std::filesystem::path& file) {
-    if (Workspace::IsEnvironment(file))
-        m_work.Open(file);
-    else
-        ConfirmDiscard(Text("opening {}", file), [this, file] {
-            if (!m_work.loader.IsLoading()) m_discardedChanges = m_work.document.ChangeCount();
-            m_work.Open(file);
-        });
-}
-
-void Editor::FinishLoading() {
-    if (std::optional<LoadedScene> loaded = m_work.FinishLoading()) m_loaded = std::move(loaded);
-    if (!m_loaded || IsPrompting() || m_isQuitting) return;
-    const auto loaded = std::make_shared<LoadedScene>(std::move(*m_loaded));
-    m_loaded.reset();
-    const auto show = [this, loaded] {
-        if (!m_work.Show(std::move(*loaded))) return;
-        m_isPicking = false;  // the pick's scene is gone
-        StoreSettings();      // stores the file in the list of recent ones
-    };
-    if (m_work.document.ChangeCount() == m_discardedChanges)
-        show();
-    else  // the scene was edited after Open had asked
-        ConfirmDiscard(Text("opening {}", loaded->document.File()), show);
-}
-
-void Editor::Leave() {
-    ConfirmDiscard("closing the editor", [this] { m_isQuitting = true; });
-}
-
-void Editor::ShowOpenDialog() {
-    m_dialog.Ask("Open a scene",
-                 "glTF file (.gltf or .glb), or an environment map (.hdr or .exr); both may be dropped onto "
-                 "the window",
-                 PathDialog::For::Reading, m_work.document.File(),
-                 [this](const std::filesystem::path& file) { Open(file); });
-}
-
-std::string Editor::PictureName(const std::string& stem) const {
-    return stem + (m_work.view.Progress().denoisedSamples > 0 ? "-denoised.png" : ".png");
-}
-
-void Editor::ShowSavePictureDialog() {
-    const std::string name = m_work.document.File().stem().string();
-    m_dialog.Ask("Save the picture", "As shown: .png. Linear, with variance and AOVs: .exr",
-                 PathDialog::For::Writing, PictureName(name.empty() ? "raygraph" : name),
-                 [this](const std::filesystem::path& file) { SavePicture(file); });
-}
-
-void Editor::SaveEdits() {
-    if (m_work.document.IsEdited())
-        SaveScene(m_work.document.File());
-    else
-        m_work.ShowMessage(Text("{} has no edits to save", m_work.document.File()));
-}
-
-std::filesystem::path Editor::ScreenshotName() const {
-    const std::string stem = m_work.document.File().stem().string();
-    for (uint32_t number = 1;; ++number) {
-        const std::filesystem::path name =
-            PictureName(Text("{}-{:04}", stem.empty() ? "raygraph" : stem, number));
-        std::error_code error;
-        if (!std::filesystem::exists(name, error)) return name;
-    }
-}
-
-void Editor::ShowSaveSceneDialog() {
-    if (m_work.document.File().empty()) return;
-    std::filesystem::path suggestion = m_work.document.File();
-    m_dialog.Ask("Save the scene", "With all edits: .gltf or .glb", PathDialog::For::Writing, suggestion,
-                 [this](const std::filesystem::path& file) { SaveScene(file); });
-}
-
-void Editor::SetConfigFolder(const std::filesystem::path& folder) {
-    m_config = folder;
-    std::string message;
-    m_kept = ReadSettings(folder, message);
-    m_work.Take(m_kept);
-    if (!message.empty()) m_work.ReportError(message);
-}
-
-void Editor::StoreSettings() {
-    if (m_config.empty()) return;
-    Settings settings = m_work.SettingsToSave();
-    settings.window = m_windowSize.IsEmpty() ? m_kept.window : m_windowSize;
-    if (settings == m_kept) return;
-    try {
-        WriteSettings(m_config, settings);
-        m_kept = settings;
-    } catch (const Error& error) {
-        m_work.ReportError(error.what());
-    }
-}
-
-void Editor::SavePicture(const std::filesystem::path& file) {
-    const std::string extension = LowerExtension(file);
-    if (extension != ".exr") {
-        if (extension != ".png")
-            m_work.ReportError(Text("{}: must end in .png or .exr", file));
-        else
-            m_pictureFile = file;
-        return;
-    }
-    if (m_work.view.Show().view == viewport::View::Surface) {
-        m_work.ReportError(
-            Text("{}: this view shows no light; an .exr holds the path-traced or the raster view", file));
-    } else if (m_work.view.Size().IsEmpty()) {
-        m_work.ReportError(Text("{}: there is no picture", file));
-    } else {
-        m_work.ShowMessage(Text("saving {} ...", file));
-        m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
-    }
-}
-
-bool Editor::IsSaving(bool hasDrawn) {
-    const auto giveUp = [&](const std::filesystem::path& file) {
-        if (!file.empty())
-            m_work.ReportError(Text("{}: not saved, the editor was closed without a picture", file));
-    };
-    // A drawn frame has taken these files unless there was no picture, or no sample of it yet
-    const bool isAwaitingSample = hasDrawn && !m_pictureFile.empty() && !HasSample();
-    if (!isAwaitingSample) giveUp(std::exchange(m_pictureFile, {}));
-    giveUp(std::exchange(m_windowFile, {}));
-    // A surface view has no render
-    if (!hasDrawn || m_work.view.Show().view == viewport::View::Surface)
-        std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
-            if (!saving.isTaken) giveUp(saving.file);
-            return !saving.isTaken;
-        });
-    return isAwaitingSample || !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
-}
-
-void Editor::HandleCaptures() {
-    for (SavingRender& saving : m_savingRenders) {
-        if (saving.isTaken || !saving.capture.IsTaken()) continue;
-        saving.isTaken = true;
-        saving.shown = m_work.Shown();
-        saving.content = m_work.document.Content();
-        saving.content.pointsAndLines = m_work.pointsAndLines;
-    }
-}
-
-void Editor::WriteBeside(Worker::Task write) {
-    m_worker.Add(std::move(write), [this](const std::string& why) { m_work.ReportError(why); });
-}
-
-void Editor::ReportSaved(std::string text) {
-    ++m_savedCount;
-    m_work.ShowMessage(std::move(text));
-}
-
-void Editor::FinishSaving() {
-    m_worker.FinishTasks();
-    std::erase_if(m_saving, [&](const Saving& saving) {
-        if (!saving.texels.IsReady()) return false;
-        WriteBeside([this, saving]() -> Worker::Finish {
-            const std::string denoised =
-                saving.denoisedSamples > 0
-                    ? Text(", denoised from {}", Counted(saving.denoisedSamples, "sample"))
-                    : "";
-            const std::string note = denoised + NoteFor(saving.file);
-            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, text = Text("saved {}{}", saving.file, note)] { ReportSaved(text); };
-        });
-        return true;
-    });
-    std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
-        if (!saving.capture.IsReady()) return false;
-        // The scene may have to be read again to find out whether its hash is still valid
-        WriteBeside(
-            [this, saving, device = m_work.device.Info(), log = m_work.device.Log()]() -> Worker::Finish {
-                const FileContent content = WithHash(saving.content, log);
-                ShownScene shown = saving.shown;
-                shown.input.hash = content.hash;
-                const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
-                const image::ExrThreads threads;
-                const std::string note =
-                    (render.denoised.empty() ? "" : ", with a denoised picture") + NoteFor(saving.file);
-                session::WriteRenderFile(saving.file, render, log);
-                return [this, content,
-                        text = Text("saved {}, {}{}", saving.file,
-                                    Counted(SampleCount(render.samples), "sample"), note)] {
-                    m_work.document.RecordContent(content);
-                    ReportSaved(text);
-                };
-            });
-        return true;
-    });
 }
 
 }  // namespace raygraph::editor

@@ -8,11 +8,12 @@
 #include <optional>
 
 #include "editor/app/actions.h"
-#include "editor/app/dialogs.h"
+#include "editor/app/file_dialog.h"
 #include "editor/app/gizmo_view.h"
 #include "editor/app/input.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/ui.h"
+#include "editor/app/unsaved_dialog.h"
 #include "editor/app/window.h"
 #include "editor/app/worker.h"
 #include "editor/app/workspace.h"
@@ -50,9 +51,13 @@ class Editor {
     const std::string& FrameError() const { return m_frameError; }
     // Returns how many pictures, of the view or of the window, have been written so far.
     uint64_t SavedCount() const { return m_savedCount; }
+    // Lets files be chosen in the desktop's own dialog, where it has one.
+    void AllowDesktopDialogs() { m_dialog.AllowDesktop(true); }
     // Saves the shown picture as .png, or its linear data with AOVs as .exr. Another thread writes it while
     // frames go on; the message reports the result.
     void SavePicture(const std::filesystem::path& file);
+    // Returns why that cannot be done now, in a line; "": it can.
+    std::string WhyNotSaved(const std::filesystem::path& picture) const;
     // Reads the settings from a folder, and stores them there from then on (StoreSettings). If they cannot be
     // read, only the message changes. Without this call nothing is stored.
     void SetConfigFolder(const std::filesystem::path& folder);
@@ -126,7 +131,7 @@ class Editor {
     std::filesystem::path m_config;  // "": nothing is stored
     Settings m_kept;                 // the settings that the file has
     Extent2D m_windowSize{};         // points, in the last frame
-    PathDialog m_dialog;
+    FileDialog m_dialog;
     UnsavedDialog m_unsaved;
     std::optional<LoadedScene> m_loaded;  // waits for an answer
     uint64_t m_discardedChanges = 0;      // Document::ChangeCount when the user agreed to lose the edits

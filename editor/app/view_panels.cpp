@@ -110,7 +110,7 @@ void HelpPanel(Workspace& work) {
     ImGui::SameLine();
     ImGui::TextDisabled("%s", work.actionToBind ? "press a key; Escape: as it was; Delete: none"
                                                 : "click on a key to choose another one");
-    const ImVec2 size{0.0f, std::min(620.0f, 0.75f * ImGui::GetIO().DisplaySize.y)};
+    const ImVec2 size{820.0f, std::min(620.0f, 0.75f * ImGui::GetIO().DisplaySize.y)};
     if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_ScrollY, size)) return;
     const auto help = [](const char* text) {
         ImGui::TableNextColumn();
@@ -120,6 +120,7 @@ void HelpPanel(Workspace& work) {
     for (const auto& [gesture, what] : GestureRows(preset)) {
         ImGui::TableNextRow();
         ImGui::TableNextColumn();
+        ImGui::AlignTextToFramePadding();
         ImGui::TextUnformatted(gesture.c_str());
         help(what.c_str());
     }

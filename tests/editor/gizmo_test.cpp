@@ -276,7 +276,8 @@ TEST(CameraController, OrbitStopsShortOfThePoles) {
 TEST(CameraController, ViewsAlongAxesKeepThePivotAndAreLeftByOrbiting) {
     CameraController camera = FromFront();
     camera.Orbit({0.7f, 0.4f});
-    for (const glm::vec3 direction : {glm::vec3(0, 0, -1), glm::vec3(-1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, -1, 0)}) {
+    for (const glm::vec3 direction :
+         {glm::vec3(0, 0, -1), glm::vec3(-1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, -1, 0)}) {
         camera.LookAlong(direction);
         ExpectNear(camera.View().forward, direction);
         ExpectNear(camera.Pivot(), {0, 0, 0});

@@ -334,10 +334,11 @@ TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
 
 TEST_F(ScriptTest, ControlSSavesOverTheFileAndAKeyThatDoesNothingSaysWhy) {
     const std::filesystem::path file = folder.Path() / "own.gltf";
-    Play("size 640x400\nkey ctrl+s\nexpect message Ctrl+S: there is no scene to save\n"
-         "key ctrl+z\nexpect message Ctrl+Z: there is nothing to undo\n"
-         "key space\nexpect message Space: the scene has no animation\n"
-         "key J\nexpect message J does nothing; F1 lists the keys\n");
+    Play(
+        "size 640x400\nkey ctrl+s\nexpect message Ctrl+S: there is no scene to save\n"
+        "key ctrl+z\nexpect message Ctrl+Z: there is nothing to undo\n"
+        "key space\nexpect message Space: the scene has no animation\n"
+        "key J\nexpect message J does nothing; F1 lists the keys\n");
     Play(OpenCornell() + "scene " + file.string() + "\nkey ctrl+s\nexpect message has no edits to save\n" +
          "mouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nkey ctrl+s\nexpect message saved\n");
     EXPECT_FALSE(editor.Work().document.IsEdited());
@@ -349,8 +350,10 @@ TEST_F(ScriptTest, KeysLookAlongAxesAndChangeTheProjection) {
     Play(OpenCornell() + "view raster\nkey 7\nframes 1\n");
     const CameraController& camera = editor.Work().camera;
     EXPECT_EQ(camera.View().forward, glm::vec3(0.0f, -1.0f, 0.0f));
-    Play("size 640x400\nkey ctrl+3\nkey 5\nframes 1\nkey ctrl+shift+1\nexpect message camera kept under Shift+1\n"
-         "key 1\n");
+    Play(
+        "size 640x400\nkey ctrl+3\nkey 5\nframes 1\nkey ctrl+shift+1\nexpect message camera kept under "
+        "Shift+1\n"
+        "key 1\n");
     EXPECT_EQ(camera.View().forward, glm::vec3(0.0f, 0.0f, -1.0f));
     EXPECT_EQ(camera.View().projection, scene::Projection::Orthographic);
     Play("size 640x400\nkey 5\nkey shift+1\n");
@@ -383,7 +386,9 @@ TEST_F(ScriptTest, KeysAreBoundInTheHelpAndStored) {
 TEST_F(ScriptTest, TabStaysOutOfNumberFieldsAndScreenshotsAreNumbered) {
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(folder.Path());
-    Play(OpenCornell() + "view path-traced\nmouse 320 120\nclick left\nwait\nkey tab\nframes 2\nkey f12\nwait\nkey f12\nwait\n");
+    Play(OpenCornell() +
+         "view path-traced\nmouse 320 120\nclick left\nwait\nkey tab\nframes 2\nkey f12\nwait\nkey "
+         "f12\nwait\n");
     std::filesystem::current_path(before);
     EXPECT_NE(editor.Work().view.Show().view, viewport::View::PathTraced) << "Tab went to a field";
     EXPECT_TRUE(std::filesystem::exists(folder / "cornell-0001.png"));

@@ -407,6 +407,25 @@ TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
     }
 }
 
+TEST(OsChildProcess, GivesItsOutputOrNoneOfAFailureAndEndsWithTheObject) {
+    const auto outputOf = [](const std::vector<std::string>& command) {
+        ChildProcess child(command);
+        while (child.IsRunning()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return child.Output();
+    };
+    EXPECT_EQ(outputOf({"printf", "%s|", "a b", "$HOME"}), "a b|$HOME|");
+    EXPECT_EQ(outputOf({"sh", "-c", "echo lost; exit 1"}), std::nullopt);
+    EXPECT_EQ(outputOf({"raygraph-no-such-program"}), std::nullopt);
+    const auto start = std::chrono::steady_clock::now();
+    {
+        ChildProcess sleeping({"sleep", "600"});
+        EXPECT_TRUE(sleeping.IsRunning());
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+    EXPECT_TRUE(FindProgram("sh"));
+    EXPECT_FALSE(FindProgram("raygraph-no-such-program"));
+}
+
 }  // namespace
 }  // namespace raygraph::os::os_test
 
