@@ -121,16 +121,26 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
     AddPath(*explain, "--group-map", "FILE.png",
             "Write which light group lights each pixel of a render with --light-group", arguments.groupMap);
     CLI::Option* sample = AddOption(*explain, "--sample", "N", "Explain the sample of this index",
-                                    [&](const std::string& text) { request.sample = ParseCount(text); });
+                                    [&](const std::string& text) {
+                                        request.sample = ParseCount(text);
+                                        arguments.hasSamples = true;
+                                    });
     AddOption(*explain, "--brightest", "K", Text("Explain the K brightest samples ({})", request.brightest),
               [&](const std::string& text) { request.brightest = ParseCount(text, 1, 1000); })
         ->excludes(sample);
     AddOption(*explain, "--spp", "N",
-              Text("Number of samples from which the brightest are chosen ({})", request.sampleCount),
-              [&](const std::string& text) { request.sampleCount = ParseCount(text, 1, 1u << 24); })
+              Text("Number of samples from which the brightest are chosen ({}, or those of --settings-from)",
+                   request.sampleCount),
+              [&](const std::string& text) {
+                  request.sampleCount = ParseCount(text, 1, 1u << 24);
+                  arguments.hasSamples = true;
+              })
         ->excludes(sample);
     AddOption(*explain, "--sample-offset", "N", Text("Index of the first of them ({})", request.firstSample),
-              [&](const std::string& text) { request.firstSample = ParseCount(text); })
+              [&](const std::string& text) {
+                  request.firstSample = ParseCount(text);
+                  arguments.hasSamples = true;
+              })
         ->excludes(sample);
     AddSettings(*explain, arguments.given,
                 {"size",         "camera",    "scene",          "variant",      "at",
@@ -143,7 +153,7 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
     AddRoot(*explain, arguments.root);
     AddEnvironment(*explain, arguments.environment);
     AddPath(*explain, "--settings-from", "FILE.exr",
-            "Take the settings of the picture from a render; given options override them",
+            "Take the settings of the picture, and its samples, from a render; given options override them",
             arguments.settingsFrom);
     explain->add_flag("--json", arguments.isJson, "Print JSON");
     AddTracing(*explain, arguments.tracing);
@@ -266,6 +276,16 @@ CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
                 {"size",    "crop",         "camera", "scene",    "variant",    "at",         "clips",
                  "shutter", "points",       "lines",  "seed",     "brdf",       "max-depth",  "aperture",
                  "focus",   "env-rotation", "light",  "env-tint", "background", "light-group"});
+    // These mean something else here, or have other defaults
+    for (const auto& [name, help] :
+         {std::pair{"--size", "Size of the pictures in pixels (that of the first one)"},
+          {"--crop", "Part of the picture that the pictures show, counted from its upper left corner (none)"},
+          {"--seed", "Seed of the reference's random numbers (2031)"},
+          {"--light-group",
+           "Name a group of lights, of which the report says whether the picture lacks its light: by "
+           "patterns of the "
+           "shell for the names of materials, lights and nodes. May be given eight times"}})
+        verify->get_option(name)->description(Wrapped(help));
     AddOption(
         *verify, "--against", "VIEW",
         "What the picture shows instead of all light: raster, albedo, normals, depth or another --view of "
@@ -315,7 +335,8 @@ CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
         [&](const std::string& text) { only.maxSamples = ParseCount(text, 2, 1u << 24); });
     AddOption(*verify, "--jobs", "N", Text("Scenes of a list at a time ({})", arguments.jobs),
               [&](const std::string& text) { arguments.jobs = ParseCount(text, 1, 256); });
-    verify->add_flag("!--no-cache", arguments.isCached, Wrapped("Neither read nor store the reference"));
+    verify->add_flag_callback(
+        "--no-cache", [&] { arguments.isCached = false; }, Wrapped("Neither read nor store the reference"));
     AddPath(*verify, "--json", "FILE", "Write the report as JSON", arguments.json);
     AddPath(*verify, "--html", "FILE", "Write the report as one page, with its pictures in it",
             arguments.html);

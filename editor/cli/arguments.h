@@ -119,6 +119,7 @@ struct GraphArguments : OutputArguments {
 struct ExplainArguments : OutputArguments {
     std::filesystem::path scene;               // or the .exr of a render, of which the noise is explained
     bool hasPixel = false;                     // with a scene only
+    bool hasSamples = false;                   // `request` says which samples
     std::filesystem::path noiseMap, groupMap;  // of a render; "": none
     SettingTexts given;
     std::filesystem::path root;          // "": the scene's folder

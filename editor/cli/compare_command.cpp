@@ -1,6 +1,7 @@
 // Implements `raygraph compare`.
 #include <memory>
 
+#include "base/files.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -9,6 +10,7 @@
 #include "editor/cli/difference_report.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/report.h"
+#include "editor/session/file/sample_ranges.h"
 #include "editor/session/verify/difference.h"
 #include "renderer/image/exr.h"
 
@@ -31,6 +33,19 @@ void WriteDifference(const std::filesystem::path& path, const Picture& reference
     image::WriteExr(path, picture.size.width, picture.size.height, planes);
 }
 
+// Returns whether both files are renders that share samples of one seed, so that they have the same noise.
+bool ShareSamples(const CompareArguments& arguments) {
+    for (const std::filesystem::path& file : {arguments.reference, arguments.picture})
+        if (LowerExtension(file) != ".exr") return false;
+    try {
+        const RenderFile a = ReadRenderFile(arguments.reference), b = ReadRenderFile(arguments.picture);
+        return SettingsFrom(a.settings).paths.seed == SettingsFrom(b.settings).paths.seed &&
+               session::Overlap(a.samples, b.samples);
+    } catch (const Error&) {
+        return false;  // it is of another renderer
+    }
+}
+
 }  // namespace
 
 ExitCode CompareCommand(const CompareArguments& arguments, Console& console) {
@@ -41,8 +56,14 @@ ExitCode CompareCommand(const CompareArguments& arguments, Console& console) {
                   picture = ReadPicture(arguments.picture, arguments.transfer, log);
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     Renderer renderer(*device);
-    const PictureDifference difference =
-        Difference(renderer, reference, picture, arguments.transfer.exposureEv);
+    PictureDifference difference = Difference(renderer, reference, picture, arguments.transfer.exposureEv);
+    if (!reference.variance.empty() && !picture.variance.empty() && ShareSamples(arguments)) {
+        difference.z.reset();
+        console.log.Warn(
+            "both pictures have samples of the same seed, and so the same noise, with which their difference "
+            "cannot "
+            "be compared: render one with another --seed");
+    }
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
     for (const OutputFile& output : arguments.outputs)
         outputs.Add(output.path, [&] {

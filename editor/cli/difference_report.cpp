@@ -24,7 +24,7 @@ Json EnergyOf(const session::PictureDifference& difference) {
 
 std::string DescribeDifference(const session::PictureDifference& difference) {
     std::string text = Text("relMSE  {:.4g}", difference.relMse);
-    if (difference.z) text += Text(", noise adds {:.4g} to it", difference.relMseOfNoise);
+    if (difference.z) text += Text("; noise alone gives {:.4g}", difference.relMseOfNoise);
     text += Text("\nFLIP    {:.4f}\nSSIM    {:.4f}\nenergy ", difference.flip, difference.ssim);
     for (size_t c = 0; c < 3; ++c) {
         const double reference = difference.meanOfReference[c], mean = difference.mean[c];
@@ -33,10 +33,15 @@ std::string DescribeDifference(const session::PictureDifference& difference) {
                                 : Text("{:.3g} against 0", mean);
     }
     text += '\n';
-    if (difference.z)
-        text += Text("z       {:.2f} rms, {:.2f} % beyond 3; of the mean: R {:+.1f}, G {:+.1f}, B {:+.1f}\n",
+    if (difference.z) {
+        text += Text("z       {:.2f} rms, {:.2f} % beyond 3; of the mean: R {:+.1f}, G {:+.1f}, B {:+.1f}",
                      difference.z->rms, 100.0 * difference.z->beyondThree, difference.z->ofMean[0],
                      difference.z->ofMean[1], difference.z->ofMean[2]);
+        if (difference.z->differsWithoutNoise > 0)
+            text += Text("; {} where there is no noise",
+                         Counted(difference.z->differsWithoutNoise, "difference"));
+        text += difference.z->isOfBoth ? "\n" : "; the noise of one picture alone is known\n";
+    }
     return text;
 }
 
@@ -47,7 +52,9 @@ Json DifferenceJson(const session::PictureDifference& difference) {
               {"energy", EnergyOf(difference)}};
     json["z"] = difference.z ? Json{{"rms", difference.z->rms},
                                     {"beyond_three", difference.z->beyondThree},
-                                    {"of_mean", difference.z->ofMean}}
+                                    {"of_mean", difference.z->ofMean},
+                                    {"differs_without_noise", difference.z->differsWithoutNoise},
+                                    {"of_both", difference.z->isOfBoth}}
                              : Json();
     return json;
 }

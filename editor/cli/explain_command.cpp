@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -60,10 +61,8 @@ std::string DescribeNoise(const RenderFile& render, const std::vector<NoisyPixel
         if (hasGroups) text += Text(", light: {}", DescribeShares(LightGroupShares(render, pixel.pixel), 2));
         text += '\n';
     }
-    return text +
-           Text("the paths of the first: raygraph explain {} --settings-from {} --pixel {},{} --spp {}\n",
-                ForShell(render.sceneFile), ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y,
-                std::min<uint64_t>(SampleCount(render.samples), 1u << 24));
+    return text + Text("the paths of the first: raygraph explain {} --settings-from {} --pixel {},{}\n",
+                       ForShell(render.sceneFile), ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y);
 }
 
 std::string NoiseJson(const RenderFile& render, const std::vector<NoisyPixel>& noisiest) {
@@ -84,6 +83,20 @@ std::string NoiseJson(const RenderFile& render, const std::vector<NoisyPixel>& n
         if (hasGroups) out["lightGroups"] = sharesJson(LightGroupShares(render, pixel.pixel));
     }
     return json.dump(2) + '\n';
+}
+
+// Returns the request, with the samples of --settings-from where the command line names none.
+ExplainRequest RequestFor(const ExplainArguments& arguments, const Log& log) {
+    ExplainRequest request = arguments.request;
+    if (arguments.settingsFrom.empty()) return request;
+    const RenderFile render = ReadRenderFile(arguments.settingsFrom, log);
+    if (render.sceneFile != arguments.scene.filename().string())
+        WriteLog(log, LogLevel::Warning, log_category::kScene, "{} is a render of {}, not of {}",
+                 arguments.settingsFrom, Printable(render.sceneFile), arguments.scene.filename());
+    if (arguments.hasSamples || render.samples.empty()) return request;
+    request.firstSample = render.samples.front().first;
+    request.sampleCount = std::min(render.samples.front().count, 1u << 24);
+    return request;
 }
 
 ExitCode ExplainRender(const ExplainArguments& arguments, Console& console) {
@@ -119,7 +132,7 @@ ExitCode ExplainCommand(const ExplainArguments& arguments, Console& console) {
     RequireMapFor(arguments.given, input, ChooseLight(input, settings), "--env or --light studio");
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     Explainer explainer(*device, std::move(input), settings, arguments.tracing);
-    const Explanation explanation = explainer.Explain(arguments.request);
+    const Explanation explanation = explainer.Explain(RequestFor(arguments, log));
     const std::string text = arguments.isJson ? ExplanationJson(explanation) : Describe(explanation);
     std::fputs(text.c_str(), stdout);
     return ExitCode::Done;

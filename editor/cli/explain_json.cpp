@@ -27,12 +27,20 @@ Json Json_vec3(const glm::vec3& value) {
     return ValueJson(value);
 }
 
+// Returns a name as PathNames has it, without its quotes.
+std::string Unquoted(std::string name) {
+    return name.size() >= 2 && name.front() == '"' && name.back() == '"' &&
+                   name.find('"', 1) == name.size() - 1
+               ? name.substr(1, name.size() - 2)
+               : name;
+}
+
 Json PlaceJson(const glm::dvec3& place) {
     return Json::array({place.x, place.y, place.z});
 }
 
 Json CandidateJson(const gpu::LightCandidateRecord& light, const session::PathNames& names) {
-    Json json{{"name", names.Light(light)}};
+    Json json{{"name", Unquoted(names.Light(light))}};
 #define RAYGRAPH_CANDIDATE_VALUE(type, name) json[#name] = Json_##type(light.name);
 #include "shaders/shared/path_vertex_list.h"
     json["kind"] = Name(static_cast<PathLight>(light.kind));
@@ -52,10 +60,10 @@ Json VertexJson(const gpu::PathVertexRecord& vertex, const Explanation& explanat
                                      {"shadowOrigin", vertex.shadowOrigin}})
         json[key] = PlaceJson(glm::dvec3(place) + explanation.origin);
     if (vertex.instance != gpu::kNoRecord) {
-        json["instanceName"] = names.Instance(vertex.instance);
-        json["materialName"] = names.Material(vertex.material);
+        json["instanceName"] = Unquoted(names.Instance(vertex.instance));
+        json["materialName"] = Unquoted(names.Material(vertex.material));
     }
-    if (vertex.medium != gpu::kNoRecord) json["mediumName"] = names.Material(vertex.medium);
+    if (vertex.medium != gpu::kNoRecord) json["mediumName"] = Unquoted(names.Material(vertex.medium));
     json["candidates"] = Json::array();
     for (uint32_t i = 0; i < vertex.candidateCount; ++i)
         json["candidates"].push_back(CandidateJson(vertex.candidates[i], names));
@@ -65,11 +73,13 @@ Json VertexJson(const gpu::PathVertexRecord& vertex, const Explanation& explanat
 }  // namespace
 
 std::string ExplanationJson(const Explanation& explanation) {
-    Json json{{"pixel", {explanation.pixel.x, explanation.pixel.y}},
+    Json json{{"schema", 1},
+              {"pixel", {explanation.pixel.x, explanation.pixel.y}},
               {"firstSample", explanation.firstSample},
               {"samples", explanation.values.size()},
               {"mean", ValueJson(glm::vec3(explanation.mean))},
               {"relativeError", explanation.relativeError}};
+    json["discarded"] = explanation.discarded;
     json["values"] = Json::array();
     for (const glm::vec3& value : explanation.values) json["values"].push_back(ValueJson(value));
     json["paths"] = Json::array();

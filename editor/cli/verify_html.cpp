@@ -94,8 +94,8 @@ class Table {
 
 std::string Figure(const std::string& caption, const std::vector<std::byte>& png,
                    const std::string& overlay) {
-    return "<figure><div class=\"frame\"><img alt=\"\" src=\"data:image/png;base64," + Base64(png) + "\">" +
-           overlay + "</div><figcaption>" + caption + "</figcaption></figure>\n";
+    return "<figure><div class=\"frame\"><img alt=\"" + caption + "\" src=\"data:image/png;base64," +
+           Base64(png) + "\">" + overlay + "</div><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
 // Outlines tiles on a picture of that size.
@@ -116,44 +116,50 @@ std::string Tables(const VerifiedPicture& verified) {
     for (const session::VerdictCheck& check : verdict.checks) {
         const bool isShare = check.name != "flip" && check.name != "ssim";
         const auto text = [&](double value) { return isShare ? Percent(value) : Text("{:.4f}", value); };
-        checks.Row({check.name, text(check.value),
+        checks.Row({check.name + (check.where.empty() ? "" : ": " + check.where), text(check.value),
                     (check.name == "ssim" ? "at least " : "") + text(check.limit),
                     check.isPassed ? "passed" : "FAILED"});
     }
     std::string html = checks.Html();
     const session::Diagnosis& diagnosis = verified.result.diagnosis;
     if (!diagnosis.parts.empty()) {
-        Table parts({"part of the light", "share", "too much of it", "standard error"});
+        Table parts({"part of the light", "share", "excess", "standard error"});
         for (const session::PartFit& part : diagnosis.parts)
             parts.Row({part.kind + ": " + part.name, Percent(part.share),
                        Text("{:+.1f} %", 100.0 * part.amount), Percent(part.standardError)});
         html += parts.Html();
     }
     if (!diagnosis.objects.empty()) {
-        Table objects({"where", "of the difference", "of the pixels", "too bright by"});
-        for (const session::ObjectShare& object : diagnosis.objects)
-            objects.Row({object.kind + " " + object.name, Percent(object.share), Percent(object.area),
-                         Text("{:+.1f} %", 100.0 * object.relativeError)});
+        Table objects({"where the difference is", "its share", "share of the pixels", "too bright by"});
+        // Noise that was subtracted leaves shares below 0 and above 1
+        for (const session::ObjectShare& object : diagnosis.objects) {
+            if (object.share < 0.005) continue;
+            objects.Row({object.kind + " " + object.name, Percent(std::min(object.share, 1.0)),
+                         Percent(object.area), Text("{:+.1f} %", 100.0 * object.relativeError)});
+        }
         html += objects.Html();
     }
     const std::vector<session::VerdictTile> worst = WorstTiles(verdict);
     if (!worst.empty()) {
-        Table tiles({"worst tiles, from", "too bright by", "standard errors", "of the bound"});
+        Table tiles({"worst tiles", "too bright by", "standard errors", "error / allowed error"});
         for (const session::VerdictTile& tile : worst)
-            tiles.Row({Text("{}, {}", tile.x, tile.y), Text("{:+.1f} %", 100.0 * tile.relativeError),
-                       Text("{:+.1f}", tile.z), Text("{:.1f} times", tile.excess)});
+            tiles.Row({Text("{}x{} from {}, {}", tile.width, tile.height, tile.x, tile.y),
+                       Text("{:+.1f} %", 100.0 * tile.relativeError), Text("{:+.1f}", tile.z),
+                       Text("{:.1f}", tile.excess)});
         html += tiles.Html();
     }
     if (!verdict.worstPixels.empty() && !verdict.isRight) {
-        Table pixels({"worst pixels", "reference", "picture", "of the bound", "why the reference is so"},
+        Table pixels({"worst pixels", "reference", "picture", "error / allowed error",
+                      "command that explains the reference"},
                      true);
         const auto color = [](const std::array<float, 3>& c) {
             return Text("{:.3g} {:.3g} {:.3g}", c[0], c[1], c[2]);
         };
         for (size_t i = 0; i < std::min<size_t>(verdict.worstPixels.size(), 8); ++i) {
             const session::VerdictPixel& pixel = verdict.worstPixels[i];
+            if (pixel.excess <= 1.0) break;  // the worst are first
             pixels.Row({Text("{}, {}", pixel.x, pixel.y), color(pixel.reference), color(pixel.picture),
-                        Text("{:.1f} times", pixel.excess), ExplainCommandOf(verified, pixel)});
+                        Text("{:.1f}", pixel.excess), ExplainCommandOf(verified, pixel)});
         }
         html += pixels.Html();
     }
@@ -175,7 +181,7 @@ std::string Section(const VerifiedPicture& verified) {
             "<p class=\"best\">" + Escaped(hypotheses.front().text) +
             Text(". This explains {:.0f} % of the difference.</p>\n", 100.0 * hypotheses.front().explained);
         if (hypotheses.size() > 1) {
-            Table others({"or", "explains"});
+            Table others({"other possible cause", "share explained"});
             for (size_t i = 1; i < hypotheses.size(); ++i)
                 others.Row({hypotheses[i].text, Text("{:.0f} %", 100.0 * hypotheses[i].explained)});
             html += others.Html();

@@ -28,6 +28,7 @@ Json PictureJson(const VerifiedPicture& verified) {
         json["checks"].push_back({{"name", check.name},
                                   {"value", check.value},
                                   {"limit", check.limit},
+                                  {"where", check.where},
                                   {"passed", check.isPassed}});
     json["difference"] = DifferenceJson(verdict.difference);
     json["difference"]["flip_of_noise"] = verdict.flipOfNoise;
@@ -118,6 +119,9 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
              verified.result.newSamples > 0 ? Text(", {} new", verified.result.newSamples) : "");
     for (const session::VerdictCheck& check : verdict.checks)
         if (!check.isPassed) text += "\n  " + CheckText(check);
+    if (!verified.result.diagnosis.hypotheses.empty())
+        text +=
+            "\n  possible causes, the likeliest first, with the share of the difference that each explains:";
     for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
         text += Text("\n  {:3.0f} %: {}", 100.0 * hypothesis.explained, hypothesis.text);
     if (verdict.isRight && !verdict.isDecided)

@@ -1,6 +1,6 @@
 // The values of a vertex of an explained path, one row each, from which the records (path_record.h), their
 // clearing and what is printed as JSON follow. Positions are relative to the scene's origin on the device.
-// What a vertex has not is 0, or kNoRecord for an index.
+// A value that a vertex does not have is 0; such an index is kNoRecord.
 //
 // To include this, define RAYGRAPH_PATH_VALUE(type, name) for the values of a vertex, or
 // RAYGRAPH_CANDIDATE_VALUE(type, name) for those of a candidate for its light sample; `type` is float, uint,
@@ -55,7 +55,7 @@ RAYGRAPH_PATH_VALUE(uint, lobe)              // kPathLobe*
 RAYGRAPH_PATH_VALUE(float, lobeProbability)
 RAYGRAPH_PATH_VALUE(uint, scatterFlags)  // kBxDF* (bxdf_flags.h) of the sample
 RAYGRAPH_PATH_VALUE(vec3, scattered)     // the direction
-RAYGRAPH_PATH_VALUE(vec3, bsdf)          // f, or the phase function
+RAYGRAPH_PATH_VALUE(vec3, bsdf)          // value of the BSDF or of the phase function
 RAYGRAPH_PATH_VALUE(float, pdf)
 RAYGRAPH_PATH_VALUE(float, cosine)
 RAYGRAPH_PATH_VALUE(float, survival)  // probability of Russian roulette; 0: it was not played
@@ -89,7 +89,7 @@ RAYGRAPH_CANDIDATE_VALUE(vec3, radiance)
 RAYGRAPH_CANDIDATE_VALUE(vec3, bsdf)
 RAYGRAPH_CANDIDATE_VALUE(float, scatterPDF)  // with which the BSDF would have drawn the direction
 RAYGRAPH_CANDIDATE_VALUE(float, weight)      // of multiple importance sampling
-RAYGRAPH_CANDIDATE_VALUE(float, share)       // by which one of the candidates is chosen
+RAYGRAPH_CANDIDATE_VALUE(float, share)       // weight by which resampling chooses among the candidates
 
 #undef RAYGRAPH_PATH_VALUE
 #undef RAYGRAPH_CANDIDATE_VALUE

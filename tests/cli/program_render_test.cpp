@@ -264,6 +264,12 @@ TEST(ProgramExplain, ARendersNoiseIsPrintedWithTheCommandForItsFirstPixel) {
                 ::testing::HasSubstr("raygraph explain cornell.gltf --settings-from p.exr --pixel "));
     for (const char* map : {"noise.png", "groups.png"})
         EXPECT_EQ(image::DecodeImage8(ReadFile(folder / map), map).width, 16u);
+    const ProgramResult pixel =
+        RunProgram(folder, "explain @cornell.gltf --settings-from p.exr --pixel 8,12");
+    EXPECT_THAT(pixel.output, ::testing::HasSubstr("of 4 samples")) << "those of the render";
+    const ProgramResult compared = RunProgram(folder, "compare p.exr p.exr");
+    EXPECT_THAT(compared.messages, ::testing::HasSubstr("samples of the same seed"));
+    EXPECT_EQ(compared.output.find("rms"), std::string::npos) << compared.output;
     EXPECT_EQ(RunProgram(folder, "explain p.exr --pixel 1,1").exitCode, 2);
     EXPECT_EQ(RunProgram(folder, "explain @cornell.gltf").exitCode, 2);
     EXPECT_EQ(RunProgram(folder, "explain @cornell.gltf --pixel 1,1 --noise-map n.png").exitCode, 2);

@@ -81,6 +81,32 @@ TEST_F(ExplainTest, ASampleIsThatOfARenderAndItsPathTellsItsCause) {
     EXPECT_EQ(out["paths"][0]["vertices"][0].at("event"), "surface");
 }
 
+// The lamp's radiance is the largest float: with what its light adds to it, the sum is infinite.
+TEST_F(ExplainTest, DiscardedSamplesComeFirstAndSayWhereTheyAreNotFinite) {
+    SceneInput input = LoadInput(test::SourceFile("scenes/cornell.gltf"));
+    for (scene::Material& material : input.data.materials)
+        if (material.name == "lamp") {
+            material.emissiveFactor = glm::vec3(3.4e38f);
+            material.emissiveStrength = 1.0f;
+        }
+    Explainer explainer(Device(), std::move(input), Small());
+    const Explanation why = explainer.Explain({.pixel = {8, 1}, .brightest = 2, .sampleCount = 16});
+    ASSERT_FALSE(why.discarded.empty()) << "no sample is infinite: the test proves nothing";
+    EXPECT_EQ(why.paths[0].sample, why.discarded[0]);
+    EXPECT_EQ(why.paths[0].value, glm::vec3(0.0f));
+    EXPECT_THAT(CauseOf(why.paths[0], why.names), HasSubstr("discarded, black in the picture"));
+    EXPECT_THAT(Describe(why), HasSubstr("of them because they are not finite"));
+    EXPECT_EQ(json::parse(cli::ExplanationJson(why)).at("discarded").size(), why.discarded.size());
+}
+
+TEST_F(ExplainTest, AClampedContributionSaysSo) {
+    PictureSettings clamped = Small();
+    clamped.paths.biases.clampIndirect = 0.01f;
+    Explainer explainer(Device(), LoadInput(test::SourceFile("scenes/cornell.gltf")), clamped);
+    EXPECT_THAT(Describe(explainer.Explain({.pixel = {3, 9}, .brightest = 4})),
+                HasSubstr("by --clamp-indirect"));
+}
+
 TEST_F(ExplainTest, WhatCannotBeExplainedIsRefused) {
     PictureSettings drawn = Small();
     drawn.view = View::Normals;

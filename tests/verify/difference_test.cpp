@@ -96,6 +96,18 @@ TEST_F(DifferenceTest, ConstantPictures_HaveNumbersByHand) {
     EXPECT_EQ(difference.z->beyondThree, 0.0);
     EXPECT_NEAR(difference.z->ofMean[1], 2.5 * std::sqrt(480.0), 1e-2);
     EXPECT_NEAR(difference.mean[0] / difference.meanOfReference[0], 1.2, 1e-6);
+    EXPECT_TRUE(difference.z->isOfBoth);
+    // Half of the pixels have no noise: one of these differs, and the others do not count
+    Picture partly = a, other = b;
+    for (size_t i = 0; i < partly.variance.size() / 2; ++i) {
+        partly.variance[i] = other.variance[i] = 0.0f;
+        other.radiance[i] = i < 4 ? 0.3f : 0.25f;
+    }
+    const ZScores halves = *Difference(renderer, partly, other).z;
+    EXPECT_NEAR(halves.rms, 0.05 / 0.02, 1e-4);
+    EXPECT_EQ(halves.differsWithoutNoise, 3u);
+    other.variance.clear();
+    EXPECT_FALSE(Difference(renderer, partly, other).z->isOfBoth);
     const double x = Transfer().Encode(0.25f), y = Transfer().Encode(0.3f);
     EXPECT_NEAR(difference.ssim, (2.0 * x * y + 1e-4) / (x * x + y * y + 1e-4), 1e-5);
     EXPECT_GT(difference.flip, 0.02);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -62,15 +63,18 @@ struct Explainer::Impl {
             const SceneIds ids = scene.Declare(first + done);
             passes::TraceSettings traced = SettingsFor(pixel, first + done);
             traced.sampleCount = next;
-            const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, traced).radiance);
+            const passes::TraceIds outputs = passes::Trace(renderer, ids, traced);
+            const Readback radiance = renderer.ReadBack(outputs.radiance);
+            const Readback counts = renderer.ReadBack(outputs.counts);
             renderer.Execute();
             for (const glm::vec4& value : WaitForValues<glm::vec4>(radiance)) values.emplace_back(value);
+            nonFiniteSamples += WaitForValues<passes::TraceCounts>(counts).front().nonFiniteSamples;
             done += next;
         }
         return values;
     }
 
-    void AddPath(Explanation& explanation, uint32_t sample) {
+    std::vector<gpu::PathVertexRecord> RecordOf(Explanation& explanation, uint32_t sample) {
         Renderer& renderer = scene.GraphRenderer();
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(sample);
@@ -80,12 +84,23 @@ struct Explainer::Impl {
         renderer.Execute();
         explanation.origin = ids.origin;
         explanation.names.NumberLights(ids.lightSet);
-        explanation.paths.push_back(PathIn(explanation, sample, passes::PathOf(record)));
+        return passes::PathOf(record);
+    }
+
+    // Finds the discarded samples among the black ones.
+    void FindDiscarded(Explanation& explanation) {
+        for (size_t i = 0; i < explanation.values.size() && explanation.discarded.size() < nonFiniteSamples;
+             ++i) {
+            const uint32_t sample = explanation.firstSample + static_cast<uint32_t>(i);
+            if (explanation.values[i] == glm::vec3(0.0f) && NonFiniteVertex(RecordOf(explanation, sample)))
+                explanation.discarded.push_back(sample);
+        }
     }
 
     PictureSettings settings;
     PathNames names;
     DeviceScene scene;
+    uint64_t nonFiniteSamples = 0;  // of those of the last pixel
 };
 
 Explainer::Explainer(rhi::Device& device, SceneInput input, const PictureSettings& settings,
@@ -106,11 +121,13 @@ Explanation Explainer::Explain(const ExplainRequest& request) {
         throw MakeError(ErrorKind::Usage, "{} samples from {} on go beyond the last one, 4294967295", count,
                         first);
 
+    m_impl->nonFiniteSamples = 0;
     Explanation explanation =
         ExplainSamples(request.pixel, first, m_impl->ValuesOf(request.pixel, first, count));
     explanation.names = m_impl->names;
+    m_impl->FindDiscarded(explanation);
     for (const uint32_t sample : BrightestOf(explanation, std::max(request.brightest, 1u)))
-        m_impl->AddPath(explanation, sample);
+        explanation.paths.push_back(PathIn(explanation, sample, m_impl->RecordOf(explanation, sample)));
     return explanation;
 }
 
@@ -152,10 +169,24 @@ std::vector<uint32_t> BrightestOf(const Explanation& explanation, size_t count) 
     const std::vector<double> luminances = LuminancesOf(explanation.values);
     std::vector<uint32_t> order(luminances.size());
     std::iota(order.begin(), order.end(), 0u);
+    const auto isDiscarded = [&](uint32_t i) {
+        return std::ranges::count(explanation.discarded, explanation.firstSample + i) > 0;
+    };
     std::ranges::stable_sort(order, [&](uint32_t a, uint32_t b) { return luminances[a] > luminances[b]; });
+    std::ranges::stable_partition(order, isDiscarded);
     order.resize(std::min(order.size(), count));
     for (uint32_t& sample : order) sample += explanation.firstSample;
     return order;
+}
+
+std::optional<size_t> NonFiniteVertex(std::span<const gpu::PathVertexRecord> path) {
+    glm::vec3 sum(0.0f);
+    for (size_t i = 0; i < path.size(); ++i) {
+        sum += path[i].emitted;
+        sum += path[i].lit;
+        if (!std::isfinite(sum.x) || !std::isfinite(sum.y) || !std::isfinite(sum.z)) return i;
+    }
+    return std::nullopt;
 }
 
 ExplainedPath PathIn(const Explanation& explanation, uint32_t sample,

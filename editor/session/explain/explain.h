@@ -13,6 +13,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/api.h"
@@ -38,7 +39,7 @@ struct ExplainRequest {
 struct ExplainedPath {
     uint32_t sample = 0;                          // index
     glm::vec3 value{0.0f};                        // radiance, as in the picture
-    double varianceShare = 0.0;                   // of the pixel's variance; 0 for a requested sample
+    double varianceShare = 0.0;                   // of the pixel's variance; 0 if one sample was requested
     std::vector<gpu::PathVertexRecord> vertices;  // in the order of the path
     // The contributions of the vertices sum to `value`, to the bit. False is possible where a device rounds
     // differently in programs that differ; then the record is of nearly the same path.
@@ -49,6 +50,7 @@ struct Explanation {
     glm::uvec2 pixel{0};
     uint32_t firstSample = 0;
     std::vector<glm::vec3> values;     // of all samples that were looked at
+    std::vector<uint32_t> discarded;   // those that were infinite or NaN, which a picture has as black
     glm::dvec3 mean{0.0};              // of these
     double relativeError = 0.0;        // standard error of the mean of luminance, over that mean
     std::vector<ExplainedPath> paths;  // by luminance, the brightest first
@@ -80,7 +82,8 @@ class RAYGRAPH_API Explainer {
 // Returns the samples of a pixel from firstSample on, with their mean and noise; without paths and names.
 RAYGRAPH_API Explanation ExplainSamples(glm::uvec2 pixel, uint32_t firstSample,
                                         std::vector<glm::vec3> values);
-// Returns the indices of so many samples, or of all, by luminance, the brightest first.
+// Returns the indices of so many samples, or of all: discarded ones first, then by luminance, the brightest
+// first.
 RAYGRAPH_API std::vector<uint32_t> BrightestOf(const Explanation& explanation, size_t count);
 // Returns the path of a sample, which is one of `explanation`, from its record.
 RAYGRAPH_API ExplainedPath PathIn(const Explanation& explanation, uint32_t sample,
@@ -89,6 +92,10 @@ RAYGRAPH_API ExplainedPath PathIn(const Explanation& explanation, uint32_t sampl
 // Explains one pixel.
 RAYGRAPH_API Explanation Explain(rhi::Device& device, SceneInput input, const PictureSettings& settings,
                                  const ExplainRequest& request);
+
+// Returns the first vertex with which the sum of the contributions is infinite or NaN: a picture has such a
+// sample as black. None: the sum is finite.
+RAYGRAPH_API std::optional<size_t> NonFiniteVertex(std::span<const gpu::PathVertexRecord> path);
 
 // Returns the luminance of a radiance, linear Rec. 709.
 RAYGRAPH_API double LuminanceOf(const glm::vec3& radiance);

@@ -23,11 +23,19 @@ bool IsBlack(const glm::vec3& value) {
 }
 
 std::string Triple(const glm::vec3& v) {
-    return Text("({:.4g} {:.4g} {:.4g})", v.x, v.y, v.z);
+    return Text("({:.4g} {:.4g} {:.4g})", v.x + 0.0f, v.y + 0.0f, v.z + 0.0f);  // -0 is 0
 }
 
 std::string Triple(const glm::dvec3& v) {
     return Text("({:.6g} {:.6g} {:.6g})", v.x, v.y, v.z);
+}
+
+// Returns what a bias has made of a contribution, for the end of its line; "" if it is as computed.
+std::string ClampedTo(const glm::vec3& computed, const glm::vec3& value) {
+    const glm::vec3 lost = computed - value;
+    const bool isClamped =
+        std::max({lost.x, lost.y, lost.z}) > 1e-3f * std::max({computed.x, computed.y, computed.z});
+    return isClamped ? Text(", clamped to {} by --clamp-indirect", Triple(value)) : "";
 }
 
 std::string Percent(double share) {
@@ -51,6 +59,11 @@ std::string LobeName(const Vertex& vertex) {
 std::string LobeOf(const Vertex& vertex, const PathNames& names) {
     if (EventOf(vertex) == PathEvent::Medium) return "the medium " + names.Material(vertex.medium);
     return Text("the {} lobe of {}", LobeName(vertex), names.Material(vertex.material));
+}
+
+// Returns what scatters light at the vertex.
+const char* ScatteringOf(const Vertex& vertex) {
+    return EventOf(vertex) == PathEvent::Medium ? "phase function" : "BSDF";
 }
 
 // Returns the vertex that gave the ray to `vertex` its direction; none: the camera.
@@ -85,10 +98,9 @@ void AddPlace(const Vertex& vertex, const PathNames& names, const glm::dvec3& or
             Text("triangle {} of instance {}, {} side, at {}, distance {:.4g} m, uv ({:.4g} {:.4g})",
                  vertex.primitive, vertex.instance, vertex.isFront != 0 ? "front" : "back",
                  Triple(glm::dvec3(vertex.position) + origin), vertex.distance, vertex.uv0.x, vertex.uv0.y));
-        const std::string geometric = vertex.geometricNormal == vertex.shadingNormal
-                                          ? ""
-                                          : ", of the triangle " + Triple(vertex.geometricNormal);
-        lines.push_back(Text("normal {}{}", Triple(vertex.shadingNormal), geometric));
+        const std::string shading = Triple(vertex.shadingNormal), triangle = Triple(vertex.geometricNormal);
+        lines.push_back(
+            Text("normal {}{}", shading, triangle == shading ? "" : ", of the triangle " + triangle));
         lines.push_back(Text("base color {}, metallic {:.4g}, roughness {:.4g}, transmission {:.4g}",
                              Triple(vertex.baseColor), vertex.metallic, vertex.roughness,
                              vertex.transmission));
@@ -105,9 +117,11 @@ void AddEmission(const Vertex& vertex, const PathNames& names, std::vector<std::
     if (vertex.scatterPDF > 0.0f && vertex.lightPDF > 0.0f)
         densities =
             Text(" of pdf {:.4g} against {:.4g} of light samples", vertex.scatterPDF, vertex.lightPDF);
-    lines.push_back(Text("finds {}: emission {} x throughput {} x MIS weight {:.4g}{} = {}",
+    const glm::vec3 computed = vertex.emission * vertex.arriving * vertex.emissionWeight;
+    lines.push_back(Text("finds {}: emission {} x throughput {} x MIS weight {:.4g}{} = {}{}",
                          names.Emitter(vertex), Triple(vertex.emission), Triple(vertex.arriving),
-                         vertex.emissionWeight, densities, Triple(vertex.emitted)));
+                         vertex.emissionWeight, densities, Triple(computed),
+                         ClampedTo(computed, vertex.emitted)));
 }
 
 void AddLights(const Vertex& vertex, const PathNames& names, std::vector<std::string>& lines) {
@@ -118,18 +132,26 @@ void AddLights(const Vertex& vertex, const PathNames& names, std::vector<std::st
             lines.push_back(Text("{}: {}, no light from there", mark, names.Light(light)));
             continue;
         }
-        lines.push_back(
-            Text("{}: {}, probability {:.4g}, pdf {:.4g}, radiance {}, BSDF {} of pdf {:.4g}, "
-                 "MIS weight {:.4g}",
-                 mark, names.Light(light), light.probability, light.pdf, Triple(light.radiance),
-                 Triple(light.bsdf), light.scatterPDF, light.weight));
+        // The density of a light without extent is its probability
+        const std::string density =
+            light.pdf == light.probability ? "" : Text(", pdf {:.4g} with it", light.pdf);
+        const std::string scattering =
+            Text("{} {} of pdf {:.4g}", ScatteringOf(vertex), Triple(light.bsdf), light.scatterPDF);
+        lines.push_back(Text("{}: {}, probability {:.4g}{}, radiance {}, {}, MIS weight {:.4g}", mark,
+                             names.Light(light), light.probability, density, Triple(light.radiance),
+                             scattering, light.weight));
     }
     if (vertex.chosen == gpu::kNoRecord || IsBlack(vertex.unoccluded)) return;
-    const std::string share = IsBlack(vertex.visibility) ? "occluded"
-                              : vertex.visibility == glm::vec3(1.0f)
-                                  ? "unoccluded"
-                                  : "of which " + Triple(vertex.visibility) + " comes through";
-    lines.push_back(Text("shadow ray: {}, {} = {}", Triple(vertex.unoccluded), share, Triple(vertex.lit)));
+    const std::string light = Triple(vertex.unoccluded);
+    const glm::vec3 through = vertex.unoccluded * vertex.visibility;
+    if (IsBlack(vertex.visibility))
+        lines.push_back(Text("its shadow ray is occluded: {} is lost", light));
+    else if (vertex.visibility == glm::vec3(1.0f))
+        lines.push_back(
+            Text("its shadow ray is unoccluded: {} arrives{}", light, ClampedTo(through, vertex.lit)));
+    else
+        lines.push_back(Text("its shadow ray lets {} of {} through: {} arrives{}", Triple(vertex.visibility),
+                             light, Triple(through), ClampedTo(through, vertex.lit)));
 }
 
 void AddScattering(const Vertex& vertex, const PathNames& names, std::vector<std::string>& lines) {
@@ -138,9 +160,11 @@ void AddScattering(const Vertex& vertex, const PathNames& names, std::vector<std
     if (vertex.pdf > 0.0f) {
         const std::string chance =
             vertex.lobe > 0 ? Text(", chosen with probability {:.4g}", vertex.lobeProbability) : "";
-        lines.push_back(Text("scatters by {}{}: {}BSDF {}, pdf {:.4g}, cosine {:.4g}", LobeOf(vertex, names),
-                             chance, (vertex.scatterFlags & kBxDFTransmission) != 0 ? "transmitted, " : "",
-                             Triple(vertex.bsdf), vertex.pdf, vertex.cosine));
+        const bool isMedium = EventOf(vertex) == PathEvent::Medium;
+        const bool isTransmitted = !isMedium && (vertex.scatterFlags & kBxDFTransmission) != 0;
+        lines.push_back(Text("scatters by {}{}: {}{} {}, pdf {:.4g}{}", LobeOf(vertex, names), chance,
+                             isTransmitted ? "transmitted, " : "", ScatteringOf(vertex), Triple(vertex.bsdf),
+                             vertex.pdf, isMedium ? "" : Text(", cosine {:.4g}", vertex.cosine)));
     }
     if (vertex.survival > 0.0f)
         lines.push_back(
@@ -174,6 +198,12 @@ std::string CauseOfBlack(const ExplainedPath& path, const PathNames& names) {
 }  // namespace
 
 std::string CauseOf(const ExplainedPath& path, const PathNames& names) {
+    if (const std::optional<size_t> at = NonFiniteVertex(path.vertices)) {
+        const Vertex& vertex = path.vertices[*at];
+        return Text(
+            "discarded, black in the picture: it is not finite from vertex {} ({}) on, which adds {} and {}",
+            *at + 1, PlaceOf(vertex, names), Triple(vertex.emitted), Triple(vertex.lit));
+    }
     size_t at = 0;
     bool isEmitted = true;
     double most = 0.0;
@@ -197,9 +227,9 @@ std::string CauseOf(const ExplainedPath& path, const PathNames& names) {
             text += ", seen by the camera";
     } else {
         const gpu::LightCandidateRecord& light = vertex.candidates[vertex.chosen];
-        text = Text("{}, sampled from {} with probability {:.3g}, pdf {:.3g}, BSDF {:.3g}",
-                    names.Light(light), PlaceOf(vertex, names), light.probability, light.pdf,
-                    std::max({light.bsdf.x, light.bsdf.y, light.bsdf.z}));
+        text =
+            Text("{}, sampled from {} with pdf {:.3g}, {} {:.3g}", names.Light(light), PlaceOf(vertex, names),
+                 light.pdf, ScatteringOf(vertex), std::max({light.bsdf.x, light.bsdf.y, light.bsdf.z}));
     }
     text += Text(" (vertex {})", at + 1);
     const double whole = LuminanceOf(path.value);
@@ -242,13 +272,19 @@ std::vector<std::string> LinesOf(const ExplainedPath& path, size_t at, const Pat
 std::string Describe(const Explanation& explanation) {
     const size_t count = explanation.values.size();
     std::string text = Text("pixel {},{}", explanation.pixel.x, explanation.pixel.y);
-    if (count > 1)
-        text += Text(": mean {} of {} samples, relative error {:.3g}", Triple(glm::vec3(explanation.mean)),
-                     count, explanation.relativeError);
+    if (count > 1) {
+        const auto black = std::ranges::count(explanation.values, glm::vec3(0.0f));
+        text += Text(": mean {} of {} samples", Triple(glm::vec3(explanation.mean)), count);
+        if (explanation.relativeError > 0.0)
+            text += Text(", relative error {:.3g}", explanation.relativeError);
+        if (black > 0) text += Text(", {} black", black);
+        if (const size_t discarded = explanation.discarded.size(); discarded > 0)
+            text += Text(", {} of them because they are not finite", discarded);
+    }
     text += '\n';
     for (const ExplainedPath& path : explanation.paths) {
         const std::string share =
-            count > 1 ? Text(", {} of the pixel's variance", Percent(path.varianceShare)) : "";
+            path.varianceShare > 0.0 ? Text(", {} of the pixel's variance", Percent(path.varianceShare)) : "";
         text += Text("sample {}: {}{}: {}\n", path.sample, Triple(path.value), share,
                      CauseOf(path, explanation.names));
     }
@@ -259,6 +295,7 @@ std::string Describe(const Explanation& explanation) {
             for (size_t line = 0; line < lines.size(); ++line)
                 text += Text("{}{}\n", line == 0 ? "  " : "    ", lines[line]);
         }
+        if (NonFiniteVertex(path.vertices)) continue;
         const glm::vec3 sum = passes::ValueOf(path.vertices);
         text += Text("  the contributions sum to {}{}\n", Triple(sum),
                      path.isExact ? ", the sample's value to the bit"

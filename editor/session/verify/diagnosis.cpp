@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "editor/session/settings/light_groups.h"
 #include "editor/session/verify/difference.h"
+#include "shaders/core/tonemap.glsl"
 
 namespace raygraph::session {
 
@@ -27,8 +28,8 @@ std::string Percent(double share) {
 // Says what picture = reference + amount * part means.
 std::string AmountText(const std::string& part, double amount) {
     if (amount < -0.85) return "the picture lacks " + part;
-    if (amount > 0.85 && amount < 1.15) return "the picture has twice " + part;
-    return Text("the picture has {} too {} of {}", Percent(amount), amount < 0.0 ? "little" : "much", part);
+    if (amount > 0.85 && amount < 1.15) return part + " is twice as strong as it should be";
+    return Text("{} is {} too {}", part, Percent(amount), amount < 0.0 ? "weak" : "strong");
 }
 
 std::string PartText(const LightPart& part) {
@@ -39,9 +40,9 @@ std::string PartText(const LightPart& part) {
     }
     if (part.name == "emission") return "emission that is seen directly";
     if (part.kind == "path") return part.name + " light";
-    return Text("light by {}", part.name == "diffuse"    ? "diffuse reflection"
-                               : part.name == "specular" ? "specular reflection"
-                                                         : "transmission");
+    return part.name == "diffuse"    ? "diffuse reflection"
+           : part.name == "specular" ? "specular reflection"
+                                     : "transmitted light";
 }
 
 // Sums products of the weighted difference with a predictor, by color.
@@ -118,6 +119,7 @@ class Diagnosing {
         WeighObjects("object", m_render.instance, m_names.instances);
         WeighObjects("material", m_render.material, m_names.materials);
         WeighPicture();
+        WeighToneCurves();
         WeighShift();
         Rank(m_diagnosis);
         std::ranges::sort(m_diagnosis.objects, std::greater{}, &ObjectShare::share);
@@ -222,12 +224,20 @@ class Diagnosing {
         }
         for (const auto& [id, of] : objects) {
             const bool isNothing = id >= names.size();
+            // What one object alone has of a material, and the background, is told of as an object
+            const bool isTold =
+                std::ranges::any_of(m_diagnosis.objects, [&, &found = of](const ObjectShare& object) {
+                    return object.kind != kind && object.pixels == found.pixels &&
+                           object.squares == found.squares;
+                });
+            if (isTold) continue;
             const std::string name = isNothing ? "background" : names[id];
             const std::string called = isNothing ? "the background" : Text("{} `{}`", kind, Printable(name));
             const double share = m_residual.Signal() > 0.0 ? of.squares / m_residual.Signal() : 0.0;
             const double area = double(of.pixels) / double(std::max<size_t>(pixels, 1));
-            m_diagnosis.objects.push_back(
-                {kind, name, share, area, of.reference > 0.0 ? of.picture / of.reference - 1.0 : 0.0});
+            m_diagnosis.objects.push_back({kind, name, share, area,
+                                           of.reference > 0.0 ? of.picture / of.reference - 1.0 : 0.0,
+                                           of.pixels, of.squares});
             // All of the picture is no object
             if (area > 0.97) continue;
             for (size_t k = 0; k < parts.size(); ++k) {
@@ -249,8 +259,10 @@ class Diagnosing {
             const double inside = std::clamp(share, 0.0, 1.0);
             if (inside * (1.0 - area) > 4.0 * (1.0 - inside) * area)
                 Add({kind, name,
-                     called +
-                         " is off, by no common factor: its normals, its roughness, a texture or its shape",
+                     called + (isNothing
+                                   ? " differs, but not by a constant factor"
+                                   : " differs, but not by a constant factor: check its normals, roughness, "
+                                     "textures and shape"),
                      inside, of.reference > 0.0 ? of.picture / of.reference - 1.0 : 0.0},
                     kCostOfPlace);
         }
@@ -297,7 +309,7 @@ class Diagnosing {
         for (double exponent = 0.3; exponent < 3.0; exponent *= 1.08) {
             if (std::abs(exponent - 1.0) < 0.02) continue;
             const auto before = m_diagnosis.hypotheses.size();
-            WeighPrediction("gamma", Text("the radiance has the power {:.2f}: gamma is off", exponent),
+            WeighPrediction("gamma", Text("radiance is raised to the power {:.2f}: gamma is off", exponent),
                             exponent, kCostOfNumber, each([&](float x) {
                                 return std::pow(std::max(x, 0.0f), static_cast<float>(exponent));
                             }));
@@ -308,6 +320,7 @@ class Diagnosing {
             m_diagnosis.hypotheses.resize(before);
         }
         m_diagnosis.hypotheses.push_back(power);
+        WeighPrediction("black", "the picture is black", 0.0, 0.0, [](const float*, float*) {});
         WeighPrediction("channels", "red and blue are swapped", 0.0, 0.0,
                         [](const float* reference, float* to) {
                             for (int c = 0; c < 3; ++c) to[c] = reference[2 - c];
@@ -332,6 +345,23 @@ class Diagnosing {
         Add({"offset", "", Text("{:+.3g} is added to all of the picture", constant.AmountOfAll()),
              ExplainedBy(constant.TakenByOne()), constant.AmountOfAll()},
             kCostOfNumber);
+    }
+
+    // The picture as this program's tone curves show it: it is to be without one.
+    void WeighToneCurves() {
+        for (const TonemapOperator curve : Values<TonemapOperator>()) {
+            if (curve == TonemapOperator::Linear || curve == TonemapOperator::Srgb) continue;
+            WeighPrediction(
+                "tone curve",
+                Text("the picture has the tone curve {}: render it without one, here by --tonemap srgb",
+                     Name(curve)),
+                0.0, 0.0, [&](const float* reference, float* predicted) {
+                    const glm::vec3 shown = shading::TonemapLinearLight(
+                        m_scale * glm::vec3(reference[0], reference[1], reference[2]),
+                        static_cast<uint32_t>(curve));
+                    for (int c = 0; c < 3; ++c) predicted[c] = shown[c] / m_scale;
+                });
+        }
     }
 
     // The reference, moved by a part of a pixel: Catmull and Rom's cubic through its pixels.

@@ -21,23 +21,25 @@ struct Hypothesis {
     double explained =
         0.0;              // share of the squared difference, noise excluded, that its prediction takes away
     double amount = 0.0;  // of a part: picture = reference + amount * part; else a number of its own
-    double score = 0.0;   // by which hypotheses are ranked: explained, less for freer ones
+    double score = 0.0;   // ranks hypotheses: explained, minus a penalty for each fitted number
 };
 
-// Is a part of the light, with how much of it the picture has beyond the reference, fitted together with the
-// other parts of the same kind, which sum to the beauty picture.
+// A part of the light, and how much more of it the picture has than the reference: fitted together with the
+// other parts of the same kind, which sum to the whole radiance.
 struct PartFit {
     std::string kind, name;  // as in Hypothesis
     double share = 0.0;      // of the energy of the reference
     double amount = 0.0, standardError = 0.0;
 };
 
-// Is what an object or a material has of the difference.
+// The share of the difference that falls on an object or a material.
 struct ObjectShare {
     std::string kind, name;
     double share = 0.0;          // of the squared difference, noise excluded
     double area = 0.0;           // share of the pixels
     double relativeError = 0.0;  // of its mean luminance
+    size_t pixels = 0;           // that count
+    double squares = 0.0;        // weighted, noise excluded
 };
 
 struct Diagnosis {

@@ -67,13 +67,19 @@ std::optional<ZScores> ScoresOf(const Texels& reference, const Texels& picture, 
         const double v = (varianceA.empty() ? 0.0 : varianceA[i]) + (varianceB.empty() ? 0.0 : varianceB[i]);
         difference[i % 4] += d;
         variance[i % 4] += v;
-        ++count;
-        if (v > 0.0) squares += d * d / v;
-        // A difference where there is no noise is beyond any number of deviations
-        if (d * d > 9.0 * v) ++beyond;
+        if (v > 0.0) {
+            ++count;
+            squares += d * d / v;
+            if (d * d > 9.0 * v) ++beyond;
+        } else if (d != 0.0) {
+            ++scores.differsWithoutNoise;
+        }
     }
-    scores.rms = std::sqrt(squares / double(count));
-    scores.beyondThree = double(beyond) / double(count);
+    if (count > 0) {
+        scores.rms = std::sqrt(squares / double(count));
+        scores.beyondThree = double(beyond) / double(count);
+    }
+    scores.isOfBoth = !varianceA.empty() && !varianceB.empty();
     for (size_t c = 0; c < 3; ++c)
         scores.ofMean[c] = variance[c] > 0.0 ? difference[c] / std::sqrt(variance[c]) : 0.0;
     return scores;

@@ -19,9 +19,11 @@ namespace raygraph::session {
 // stated variance, `rms` is 1, `beyondThree` 0.0027, and `ofMean` is normal with deviation 1. Variances are
 // those of independent samples: of Sobol points, `rms` is below 1.
 struct ZScores {
-    double rms = 0.0;                // over pixels and R, G, B
-    double beyondThree = 0.0;        // share of |z| > 3
-    std::array<double, 3> ofMean{};  // of the mean over the picture
+    double rms = 0.0;                  // over the values with noise, R, G and B of all pixels
+    double beyondThree = 0.0;          // share of |z| > 3 of these
+    uint64_t differsWithoutNoise = 0;  // values that differ although neither picture has noise there
+    bool isOfBoth = true;              // the variances of both pictures are known
+    std::array<double, 3> ofMean{};    // of the mean over the picture
 };
 
 struct PictureDifference {
