@@ -1,11 +1,14 @@
 #include "editor/app/inspector_fields.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <type_traits>
 
 #include "base/text.h"
+#include "editor/session/settings/parse.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::editor {
@@ -52,6 +55,72 @@ bool Counts(const scene::Material& material, std::string_view object, std::strin
     if (name == "isSpecularGlossiness") return false;  // a material's model cannot be changed
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
     return true;
+}
+
+std::string GroupOf(std::string_view object, std::string_view name) {
+    constexpr std::string_view kPrefix = "KHR_materials_";
+    if (name.starts_with("emissive")) return "Emission";
+    if (!object.starts_with(kPrefix) || name == "isUnlit" || name == "isSpecularGlossiness") return "Base";
+    object.remove_prefix(kPrefix.size());
+    if (object == "ior") return "Specular";
+    if (object == "pbrSpecularGlossiness") return "Base";
+    std::string group(object);
+    std::ranges::replace(group, '_', ' ');
+    group[0] = static_cast<char>(group[0] - 32);
+    return group;
+}
+
+bool IsUnused(const scene::Material& material, std::string_view group) {
+    const scene::Material unchanged;
+    bool isUnused = true;
+    scene::ForEachMaterialField([&](const auto& field) {
+        if (GroupOf(field.object, field.name) != group) return;
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
+            isUnused &= !(material.*field.member).IsPresent();
+        else
+            isUnused &= material.*field.member == unchanged.*field.member;
+    });
+    return isUnused;
+}
+
+PickedColor ToPicked(const glm::vec3& linear) {
+    PickedColor picked;
+    picked.brightness = std::max({linear.x, linear.y, linear.z, 1.0f});
+    for (int c = 0; c < 3; ++c) {
+        const float x = std::max(linear[c], 0.0f) / picked.brightness;
+        picked.encoded[c] = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
+    }
+    return picked;
+}
+
+glm::vec3 ToLinear(const PickedColor& color) {
+    glm::vec3 linear;
+    for (int c = 0; c < 3; ++c) {
+        const float x = color.encoded[c];
+        linear[c] = color.brightness * (x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f));
+    }
+    return linear;
+}
+
+std::string ValueText(std::span<const float> value) {
+    std::string text;
+    for (const float number : value) text += (text.empty() ? "" : " ") + session::ToText(number);
+    return text;
+}
+
+std::vector<float> NumbersFrom(std::string_view text) {
+    std::vector<float> numbers;
+    while (!text.empty()) {
+        const size_t start = text.find_first_not_of(" \t\n,;()[]");
+        if (start == text.npos) break;
+        text.remove_prefix(start);
+        float number = 0.0f;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error != std::errc() || !std::isfinite(number)) return {};
+        text.remove_prefix(static_cast<size_t>(end - text.data()));
+        numbers.push_back(number);
+    }
+    return numbers;
 }
 
 NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite) {

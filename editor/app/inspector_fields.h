@@ -3,8 +3,10 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "renderer/scene/model/fields.h"
 
@@ -16,6 +18,27 @@ std::string LabelOf(std::string_view name);
 // Returns whether the field with this place and name affects the material.
 bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
             std::string_view name);
+
+// Returns the group under which the inspector lists a field: "Base", "Emission", or that of an extension,
+// "Clearcoat".
+std::string GroupOf(std::string_view object, std::string_view name);
+// Returns whether the material's fields of a group are all at their defaults, so that the group is shown
+// closed.
+bool IsUnused(const scene::Material& material, std::string_view group);
+
+// A color as a user sees and picks it, encoded in sRGB and at most 1, and its brightness above that: linear =
+// brightness * decoded.
+struct PickedColor {
+    glm::vec3 encoded{0.0f};
+    float brightness = 1.0f;
+};
+PickedColor ToPicked(const glm::vec3& linear);
+glm::vec3 ToLinear(const PickedColor& color);
+
+// A value as text for the clipboard: its numbers, which read back as the same, with spaces between them.
+std::string ValueText(std::span<const float> value);
+// Returns the numbers of such a text, also with commas or brackets; none if there is anything else.
+std::vector<float> NumbersFrom(std::string_view text);
 
 // Describes the widget of a number.
 struct NumberStyle {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <imgui.h>
+#include <span>
 
 #include "editor/app/workspace.h"
 
@@ -10,6 +11,10 @@ namespace raygraph::editor {
 void HierarchyPanel(Workspace& work);
 // Edits transform, material and light of the selection.
 void InspectorPanel(Workspace& work);
+// Edits a color: linear numbers, and a swatch that shows it as the screen does and opens a picker, whose
+// numbers and hexadecimal digits are sRGB's. A fourth number is not of the color. Returns true if it was
+// edited.
+bool ColorFields(const char* label, std::span<float> linear);
 // Edits view, exposure, tone mapping, environment, and path tracing.
 void SettingsPanel(Workspace& work);
 // Controls clips, time and speed of the animations.

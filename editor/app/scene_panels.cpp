@@ -1,12 +1,15 @@
 // Draws the panels about the scene's content: hierarchy and inspector.
 #include <imgui.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "base/text.h"
 #include "editor/app/hierarchy.h"
@@ -19,6 +22,7 @@ namespace raygraph::editor {
 namespace {
 
 constexpr ImGuiSliderFlags kBounded = ImGuiSliderFlags_AlwaysClamp;
+constexpr float kTooltipSeconds = 0.6f;
 
 std::string NameOf(const scene::SceneData& scene, uint32_t node) {
     const scene::Node& of = scene.nodes[node];
@@ -128,17 +132,13 @@ bool Widget(const char* label, float& value, const scene::Field<Owner, float>& f
     }
     return isEdited;
 }
-// Draws fields for typing, which have no bounds.
 template <typename Owner, int Length>
 bool Widget(const char* label, glm::vec<Length, float>& value,
             const scene::Field<Owner, glm::vec<Length, float>>& field, std::string_view) {
-    constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
     const glm::vec<Length, float> before = value;
-    float* const numbers = glm::value_ptr(value);
-    const bool isEdited =
-        Length == 4 ? ImGui::ColorEdit4(label, numbers, kLinear) : ImGui::ColorEdit3(label, numbers, kLinear);
-    if (isEdited) value = Bounded(before, value, field.range);
-    return isEdited;
+    if (!ColorFields(label, {glm::value_ptr(value), Length})) return false;
+    value = Bounded(before, value, field.range);  // fields for typing have no bounds
+    return true;
 }
 bool Widget(const char* label, glm::vec2& value, const scene::TransformField<glm::vec2>& field,
             std::string_view) {
@@ -162,21 +162,65 @@ bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialFie
     return isEdited;
 }
 
-// Makes the next widget leave room for its label; short labels form a column.
-void ReserveLabelWidth(const std::string& label) {
-    constexpr float kColumn = 90.0f, kGap = 8.0f;
-    ImGui::SetNextItemWidth(-std::max(kColumn, ImGui::CalcTextSize(label.c_str()).x + kGap));
+// Makes the next widget leave room for its label: all labels form a column.
+void ReserveLabelWidth() {
+    constexpr float kColumn = 0.42f;
+    ImGui::SetNextItemWidth((1.0f - kColumn) * ImGui::GetContentRegionAvail().x);
+}
+
+// Copies, pastes and resets the field that was drawn last, by its menu on the right button and by Ctrl+C and
+// Ctrl+V while the pointer is over it. Returns true if the value was changed.
+template <typename Value, typename Owner>
+bool ValueMenu(Value& value, const scene::Field<Owner, Value>& field, std::string_view unit) {
+    const bool isHovered = ImGui::IsItemHovered();
+    const ImGuiIO& io = ImGui::GetIO();
+    bool isReset = false, isCopied = false, isPasted = false;
+    if (isHovered && io.KeyCtrl && !io.WantTextInput) {
+        isCopied = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_C), false);
+        isPasted = ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_V), false);
+    }
+    ImGui::PushID(field.name);
+    if (isHovered && ImGui::IsMouseReleased(ImGuiMouseButton_Right)) ImGui::OpenPopup("value");
+    if (ImGui::BeginPopup("value")) {
+        isReset = ImGui::MenuItem("Reset");
+        isCopied |= ImGui::MenuItem("Copy", "Ctrl+C");
+        isPasted |= ImGui::MenuItem("Paste", "Ctrl+V");
+        ImGui::EndPopup();
+    } else if (isHovered && ImGui::GetCurrentContext()->HoveredIdTimer > kTooltipSeconds) {
+        std::string place = *field.object == 0 ? field.key : Text("{}: {}", field.object, field.key);
+        if (!unit.empty()) place += Text(", in {}", unit);
+        ImGui::SetTooltip("%s", place.c_str());
+    }
+    ImGui::PopID();
+    if (isReset) value = Owner().*field.member;
+    if constexpr (std::is_floating_point_v<Value> || requires { Value::length(); }) {
+        constexpr size_t kCount = sizeof(Value) / sizeof(float);
+        float* const numbers = reinterpret_cast<float*>(&value);
+        if (isCopied) ImGui::SetClipboardText(ValueText({numbers, kCount}).c_str());
+        const char* const text = isPasted ? ImGui::GetClipboardText() : nullptr;
+        const std::vector<float> pasted = NumbersFrom(text ? text : "");
+        // A color without alpha keeps that of the field
+        if (pasted.size() != kCount && (kCount != 4 || pasted.size() != 3)) return isReset;
+        for (size_t i = 0; i < pasted.size(); ++i)
+            numbers[i] = std::clamp(pasted[i], field.range.min, field.range.max);
+        return true;
+    }
+    return isReset;
 }
 
 // Draws a field's widget as one item. Ends a step of the history when the user releases any part of it.
 template <typename Value, typename Field>
 bool Edits(Workspace& work, Value& value, const Field& field, std::string_view unit) {
     const std::string label = LabelOf(field.name);
-    ReserveLabelWidth(label);
+    ReserveLabelWidth();
     ImGui::BeginGroup();
-    const bool isEdited = Widget(label.c_str(), value, field, unit);
+    bool isEdited = Widget(label.c_str(), value, field, unit);
     ImGui::EndGroup();
     EndStepAfterItem(work);
+    if (ValueMenu(value, field, unit)) {
+        work.document.Settle();
+        isEdited = true;
+    }
     return isEdited;
 }
 
@@ -198,14 +242,25 @@ bool TextureFields(Workspace& work, const char* fieldName, scene::TextureRef& te
 void MaterialFields(Workspace& work, uint32_t index) {
     scene::Material material = work.document.Scene().materials[index];
     ImGui::PushID(static_cast<int>(index));
-    bool isEdited = false;
+    std::vector<std::string> groups;
     scene::ForEachFieldOf(material, [&](const auto& field) {
-        if (!Counts(material, field.object, field.key, field.name)) return;
-        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
-            isEdited |= TextureFields(work, field.name, material.*field.member);
-        else
-            isEdited |= Edits(work, material.*field.member, field, field.unit);
+        if (std::string group = GroupOf(field.object, field.name); std::ranges::count(groups, group) == 0)
+            groups.push_back(std::move(group));
     });
+    bool isEdited = false;
+    for (const std::string& group : groups) {
+        const bool isOpen = !IsUnused(material, group) || group == "Base";
+        if (!ImGui::CollapsingHeader(group.c_str(), isOpen ? ImGuiTreeNodeFlags_DefaultOpen : 0)) continue;
+        scene::ForEachFieldOf(material, [&](const auto& field) {
+            if (GroupOf(field.object, field.name) != group ||
+                !Counts(material, field.object, field.key, field.name))
+                return;
+            if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
+                isEdited |= TextureFields(work, field.name, material.*field.member);
+            else
+                isEdited |= Edits(work, material.*field.member, field, field.unit);
+        });
+    }
     if (isEdited) work.Apply(MaterialEdit{index, material});
     ImGui::PopID();
 }
@@ -233,7 +288,39 @@ std::vector<uint32_t> MaterialsOf(const Workspace& work, uint32_t node) {
     return materials;
 }
 
+// Draws the color as the screen shows it, and a picker once it is clicked.
+bool ColorSwatch(const char* label, std::span<float> linear) {
+    PickedColor picked = ToPicked({linear[0], linear[1], linear[2]});
+    const ImVec4 shown{picked.encoded.x, picked.encoded.y, picked.encoded.z, 1.0f};
+    const std::string name = Text("picker of {}", label);
+    const ImGuiColorEditFlags flags = ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoAlpha;
+    if (ImGui::ColorButton(Text("##{}", name).c_str(), shown, flags)) ImGui::OpenPopup(name.c_str());
+    if (!ImGui::BeginPopup(name.c_str())) return false;
+    ImGui::TextDisabled("sRGB; the fields beside it are linear");
+    ImGui::SetNextItemWidth(220.0f);
+    const bool isEdited =
+        ImGui::ColorPicker3("##picker", glm::value_ptr(picked.encoded),
+                            ImGuiColorEditFlags_DisplayRGB | ImGuiColorEditFlags_DisplayHex |
+                                ImGuiColorEditFlags_NoSidePreview | ImGuiColorEditFlags_NoOptions);
+    if (picked.brightness > 1.0f) ImGui::TextDisabled("times %.4g", static_cast<double>(picked.brightness));
+    ImGui::EndPopup();
+    if (!isEdited) return false;
+    const glm::vec3 color = ToLinear(picked);
+    for (size_t c = 0; c < 3; ++c) linear[c] = color[static_cast<int>(c)];
+    return true;
+}
+
 }  // namespace
+
+bool ColorFields(const char* label, std::span<float> linear) {
+    const float width = ImGui::CalcItemWidth();
+    bool isEdited = ColorSwatch(label, linear);
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(width - ImGui::GetFrameHeight() - ImGui::GetStyle().ItemSpacing.x);
+    isEdited |= ImGui::DragScalarN(label, ImGuiDataType_Float, linear.data(), static_cast<int>(linear.size()),
+                                   0.005f, nullptr, nullptr, "%.3f");
+    return isEdited;
+}
 
 void HierarchyPanel(Workspace& work) {
     if (work.document.Roots().empty()) {

@@ -47,7 +47,7 @@ void EnvironmentFields(Workspace& work) {
         ImGui::SameLine();
         if (ImGui::SmallButton("remove")) work.RemoveEnvironmentMap();
     }
-    bool isEdited = ImGui::ColorEdit3("sky", glm::value_ptr(color), ImGuiColorEditFlags_Float);
+    bool isEdited = ColorFields("sky", {glm::value_ptr(color), 3});
     isEdited |=
         ImGui::DragFloat("intensity", &intensity, 0.01f, 0.0f, 1e6f, "%.3f", ImGuiSliderFlags_AlwaysClamp);
     isEdited |= ImGui::SliderAngle("turn", &environment.rotation, -180.0f, 180.0f);

@@ -566,6 +566,41 @@ TEST(InspectorFields, LabelsAreWords) {
     EXPECT_EQ(LabelOf("alphaMode"), "alpha");
 }
 
+TEST(InspectorFields, AreInGroupsOfWhichUnusedOnesAreClosed) {
+    EXPECT_EQ(GroupOf("pbrMetallicRoughness", "metallicFactor"), "Base");
+    EXPECT_EQ(GroupOf("", "emissiveFactor"), "Emission");
+    EXPECT_EQ(GroupOf("KHR_materials_emissive_strength", "emissiveStrength"), "Emission");
+    EXPECT_EQ(GroupOf("KHR_materials_ior", "ior"), "Specular");
+    EXPECT_EQ(GroupOf("KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"),
+              "Diffuse transmission");
+    scene::Material material;
+    EXPECT_TRUE(IsUnused(material, "Sheen"));
+    material.sheenColorFactor.y = 0.5f;
+    EXPECT_FALSE(IsUnused(material, "Sheen"));
+    EXPECT_TRUE(IsUnused(material, "Clearcoat"));
+    material.clearcoatTexture.texture = 0;
+    EXPECT_FALSE(IsUnused(material, "Clearcoat"));
+}
+
+TEST(InspectorFields, ColorsArePickedInSrgb) {
+    const PickedColor gray = ToPicked(glm::vec3(0.21404114f));
+    EXPECT_NEAR(gray.encoded.x, 0.5f, 1e-5f) << "IEC 61966-2-1";
+    EXPECT_EQ(gray.brightness, 1.0f);
+    for (const glm::vec3 linear : {glm::vec3(0.0f, 0.002f, 1.0f), glm::vec3(12.0f, 3.0f, 0.5f)}) {
+        const glm::vec3 back = ToLinear(ToPicked(linear));
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(back[c], linear[c], 1e-5f * (1.0f + linear[c]));
+    }
+    EXPECT_EQ(ToPicked(glm::vec3(12.0f, 3.0f, 0.5f)).brightness, 12.0f);
+}
+
+TEST(InspectorFields, ValuesReadBackFromTheClipboard) {
+    const float color[] = {0.1f, 0.25f, 1e-7f};
+    EXPECT_EQ(NumbersFrom(ValueText(color)), (std::vector<float>(std::begin(color), std::end(color))));
+    EXPECT_EQ(NumbersFrom("[1, 0.5; 2]"), (std::vector<float>{1.0f, 0.5f, 2.0f}));
+    for (const char* text : {"", "red", "1 2 three", "nan", "1e99"})
+        EXPECT_TRUE(NumbersFrom(text).empty()) << text;
+}
+
 TEST(InspectorFields, SpecularColorMayBeAboveOne) {
     const auto range = FieldOf(&Material::specularColorFactor).range;
     EXPECT_EQ(Bounded(glm::vec3(1.0f), glm::vec3(2.5f, 1.0f, -1.0f), range), glm::vec3(2.5f, 1.0f, 0.0f));
