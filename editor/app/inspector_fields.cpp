@@ -104,7 +104,7 @@ glm::vec3 ToLinear(const PickedColor& color) {
 
 std::string ValueText(std::span<const float> value) {
     std::string text;
-    for (const float number : value) text += (text.empty() ? "" : " ") + session::ToText(number);
+    for (const float number : value) text += Text("{}{}", text.empty() ? "" : " ", session::ToText(number));
     return text;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <imgui.h>
-#include <span>
 
 #include "editor/app/workspace.h"
 
@@ -12,9 +11,8 @@ void HierarchyPanel(Workspace& work);
 // Edits transform, material and light of the selection.
 void InspectorPanel(Workspace& work);
 // Edits a color: linear numbers, and a swatch that shows it as the screen does and opens a picker, whose
-// numbers and hexadecimal digits are sRGB's. A fourth number is not of the color. Returns true if it was
-// edited.
-bool ColorFields(const char* label, std::span<float> linear);
+// numbers and hexadecimal digits are sRGB's. Returns true if it was edited.
+bool ColorFields(const char* label, glm::vec3& linear);
 // Edits view, exposure, tone mapping, environment, and path tracing.
 void SettingsPanel(Workspace& work);
 // Controls clips, time and speed of the animations.

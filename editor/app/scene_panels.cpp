@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
-#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -107,6 +106,12 @@ void TransformFields(Workspace& work, uint32_t node) {
     if (isSettled) work.document.Settle();
 }
 
+// Makes the next widget leave room for its label: all labels form a column.
+void ReserveLabelWidth() {
+    constexpr float kColumn = 0.42f;
+    ImGui::SetNextItemWidth((1.0f - kColumn) * ImGui::GetContentRegionAvail().x);
+}
+
 // Draws a widget for a field, by its type, range and unit. Returns true if the value was edited.
 template <typename Owner>
 bool Widget(const char* label, float& value, const scene::Field<Owner, float>& field, std::string_view unit) {
@@ -136,9 +141,15 @@ template <typename Owner, int Length>
 bool Widget(const char* label, glm::vec<Length, float>& value,
             const scene::Field<Owner, glm::vec<Length, float>>& field, std::string_view) {
     const glm::vec<Length, float> before = value;
-    if (!ColorFields(label, {glm::value_ptr(value), Length})) return false;
-    value = Bounded(before, value, field.range);  // fields for typing have no bounds
-    return true;
+    glm::vec3 color(value);
+    bool isEdited = ColorFields(label, color);
+    for (int c = 0; c < 3; ++c) value[c] = color[c];
+    if constexpr (Length == 4) {
+        ReserveLabelWidth();
+        isEdited |= ImGui::SliderFloat("opacity", &value[3], 0.0f, 1.0f, "%.3f", kBounded);
+    }
+    if (isEdited) value = Bounded(before, value, field.range);  // fields for typing have no bounds
+    return isEdited;
 }
 bool Widget(const char* label, glm::vec2& value, const scene::TransformField<glm::vec2>& field,
             std::string_view) {
@@ -160,12 +171,6 @@ bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialFie
     const bool isEdited = ImGui::Combo(label, &chosen, kTexts.data(), static_cast<int>(kTexts.size()));
     value = static_cast<scene::AlphaMode>(chosen);
     return isEdited;
-}
-
-// Makes the next widget leave room for its label: all labels form a column.
-void ReserveLabelWidth() {
-    constexpr float kColumn = 0.42f;
-    ImGui::SetNextItemWidth((1.0f - kColumn) * ImGui::GetContentRegionAvail().x);
 }
 
 // Copies, pastes and resets the field that was drawn last, by its menu on the right button and by Ctrl+C and
@@ -289,8 +294,8 @@ std::vector<uint32_t> MaterialsOf(const Workspace& work, uint32_t node) {
 }
 
 // Draws the color as the screen shows it, and a picker once it is clicked.
-bool ColorSwatch(const char* label, std::span<float> linear) {
-    PickedColor picked = ToPicked({linear[0], linear[1], linear[2]});
+bool ColorSwatch(const char* label, glm::vec3& linear) {
+    PickedColor picked = ToPicked(linear);
     const ImVec4 shown{picked.encoded.x, picked.encoded.y, picked.encoded.z, 1.0f};
     const std::string name = Text("picker of {}", label);
     const ImGuiColorEditFlags flags = ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoAlpha;
@@ -305,20 +310,18 @@ bool ColorSwatch(const char* label, std::span<float> linear) {
     if (picked.brightness > 1.0f) ImGui::TextDisabled("times %.4g", static_cast<double>(picked.brightness));
     ImGui::EndPopup();
     if (!isEdited) return false;
-    const glm::vec3 color = ToLinear(picked);
-    for (size_t c = 0; c < 3; ++c) linear[c] = color[static_cast<int>(c)];
+    linear = ToLinear(picked);
     return true;
 }
 
 }  // namespace
 
-bool ColorFields(const char* label, std::span<float> linear) {
+bool ColorFields(const char* label, glm::vec3& linear) {
     const float width = ImGui::CalcItemWidth();
     bool isEdited = ColorSwatch(label, linear);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(width - ImGui::GetFrameHeight() - ImGui::GetStyle().ItemSpacing.x);
-    isEdited |= ImGui::DragScalarN(label, ImGuiDataType_Float, linear.data(), static_cast<int>(linear.size()),
-                                   0.005f, nullptr, nullptr, "%.3f");
+    isEdited |= ImGui::DragFloat3(label, glm::value_ptr(linear), 0.005f, 0.0f, 0.0f, "%.3f");
     return isEdited;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <glm/gtc/type_ptr.hpp>
 #include <limits>
 #include <string>
 
@@ -47,7 +46,7 @@ void EnvironmentFields(Workspace& work) {
         ImGui::SameLine();
         if (ImGui::SmallButton("remove")) work.RemoveEnvironmentMap();
     }
-    bool isEdited = ColorFields("sky", {glm::value_ptr(color), 3});
+    bool isEdited = ColorFields("sky", color);
     isEdited |=
         ImGui::DragFloat("intensity", &intensity, 0.01f, 0.0f, 1e6f, "%.3f", ImGuiSliderFlags_AlwaysClamp);
     isEdited |= ImGui::SliderAngle("turn", &environment.rotation, -180.0f, 180.0f);
