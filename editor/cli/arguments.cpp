@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -333,6 +334,11 @@ CLI::App* AddVerify(CLI::App& app, VerifyArguments& arguments) {
              "64 on",
              only.maxSamples),
         [&](const std::string& text) { only.maxSamples = ParseCount(text, 2, 1u << 24); });
+    AddOption(*verify, "--picture-spp", "N",
+              Text("Samples a pixel of a picture that does not say its noise; 0: it has none, as a raster "
+                   "picture (estimated, {} or more)",
+                   kLeastPictureSamples),
+              [&](const std::string& text) { only.pictureSamples = ParseCount(text, 0, 1u << 24); });
     AddOption(*verify, "--jobs", "N", Text("Scenes of a list at a time ({})", arguments.jobs),
               [&](const std::string& text) { arguments.jobs = ParseCount(text, 1, 256); });
     verify->add_flag_callback(
@@ -407,14 +413,19 @@ void CheckDenoise(const DenoiseArguments& arguments) {
             "as 5000");
 }
 
-void CheckVerify(VerifyArguments& arguments) {
+void CheckVerify(VerifyArguments& arguments, const CLI::App& verify) {
     CheckProgress(arguments);
     VerifyCase& only = arguments.only;
     only.transfer = arguments.transfer;
     if (LowerExtension(only.scene) == ".json") {
         if (!only.pictures.empty()) Reject("verify: a list has its pictures in it; give none beside it");
-        if (!only.given.empty() || !only.environment.empty())
-            Reject("verify: options of a scene are for a scene; those of a list are in it");
+        const std::set<std::string> ofRuns{"FILE",     "--update",   "--jobs",        "--no-cache",
+                                           "--json",   "--html",     "--validate",    "--quiet",
+                                           "--device", "--progress", "--no-progress", "--verbose"};
+        for (const CLI::Option* option : verify.get_options())
+            if (option->count() > 0 && !ofRuns.contains(option->get_name()))
+                Reject(Text("{} cannot be used with a list; set it in {}", option->get_name(),
+                            Printable(only.scene.filename().string())));
         arguments.suite = std::exchange(only.scene, {});
         return;
     }
@@ -592,7 +603,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return compareArguments;
     }
     if (*verify) {
-        CheckVerify(verifyArguments);
+        CheckVerify(verifyArguments, *verify);
         return verifyArguments;
     }
     if (*edit) {

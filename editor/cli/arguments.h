@@ -169,10 +169,12 @@ struct VerifyCase {
     std::filesystem::path environment;  // "": none
     Transfer transfer;
     Tolerance tolerance;
-    uint32_t maxSamples = 1024;  // of the reference
+    uint32_t maxSamples = 1024;              // of the reference
+    std::optional<uint32_t> pictureSamples;  // of pictures without a variance; none: estimated
     std::vector<RegionRule> regions;
     std::filesystem::path mask;      // "": none
     std::filesystem::path accepted;  // folder of accepted differences; "": none
+    std::filesystem::path folder;    // of the list, to which names in `accepted` are relative; "": none
 };
 
 struct VerifyArguments : OutputArguments, ComparedArguments {

@@ -1,9 +1,8 @@
 // Implements `raygraph verify`.
 #include <algorithm>
 #include <atomic>
-#include <exception>
+#include <cstdlib>
 #include <iterator>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -11,6 +10,7 @@
 #include <thread>
 
 #include "base/files.h"
+#include "base/os.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
@@ -32,18 +32,21 @@ namespace {
 // Is what an accepted difference is of (Verify::Key).
 constexpr const char* kAttributeReference = "raygraph.reference";
 
-// Returns the command that explains the reference, but for the pixel.
-std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& settings) {
-    std::string command = "raygraph explain " + ForShell(one.scene.string());
-    if (!one.root.empty()) command += " --root " + ForShell(one.root.string());
-    if (!one.environment.empty()) command += " --env " + ForShell(one.environment.string());
+// Returns the command that explains the reference, but for the pixel, from any folder.
+std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& settings, uint64_t samples) {
+    const auto absolute = [](const std::filesystem::path& path) {
+        return ForShell(std::filesystem::absolute(path).lexically_normal().string());
+    };
+    std::string command = "raygraph explain " + absolute(one.scene);
+    if (!one.root.empty()) command += " --root " + absolute(one.root);
+    if (!one.environment.empty()) command += " --env " + absolute(one.environment);
     SettingTexts texts = one.given;
     // The light is not divided into groups there, and pixels are those of the whole picture
     for (const char* name : {"light-group", "crop", "view"}) texts.erase(name);
     texts["size"] = ToText(settings.size);
     if (settings.paths.seed == 0) texts["seed"] = std::to_string(kReferenceSeed);
     for (const auto& [name, text] : texts) command += " --" + name + " " + ForShell(text);
-    return command;
+    return command + Text(" --spp {}", samples);
 }
 
 class VerifyRun {
@@ -51,22 +54,64 @@ class VerifyRun {
     VerifyRun(const VerifyArguments& arguments, Console& console, rhi::Device& device)
         : m_arguments(arguments), m_console(console), m_device(device), m_log(console.log.ForLibraries()) {}
 
-    // Returns the results for the pictures of a case. Threads: any, each with cases of its own.
+    // Returns the results for the pictures of a case. What cannot be judged has its error, which is printed,
+    // and does not keep the others from their verdicts. Threads: any, each with cases of its own.
     std::vector<VerifiedPicture> Check(const VerifyCase& one) {
         std::vector<VerifiedPicture> verified;
-        const bool isVector = one.given.contains("view") && one.given.at("view") == Name(View::Normals);
         for (const std::filesystem::path& path : one.pictures) {
-            Picture picture = ReadPicture(path, one.transfer, m_log);
-            // Code values of a .png with normals are (n + 1) / 2
-            if (isVector && picture.transfer) {
-                picture = ReadPicture(path, {.curve = TransferCurve::Linear}, m_log);
-                for (float& value : picture.radiance) value = 2.0f * value - 1.0f;
-                picture.white = std::numeric_limits<float>::infinity();
-            }
-            verified.push_back({.scene = one.scene.string(), .picture = std::move(picture), .result = {}});
+            verified.push_back(
+                {.scene = one.scene.string(), .picture = {.name = path.string()}, .result = {}});
+            Try(verified.back(), [&](VerifiedPicture& picture) {
+                Transfer transfer = one.transfer;
+                // Code values of a .png with normals are (n + 1) / 2
+                if (one.given.contains("view") && one.given.at("view") == Name(View::Normals))
+                    transfer = {.curve = TransferCurve::Linear};
+                picture.picture = ReadPicture(path, transfer, m_log);
+            });
         }
+        const auto readable = std::ranges::find(verified, "", &VerifiedPicture::error);
+        if (readable == verified.end()) return verified;
+        std::string why;
+        const ExitCode code = Guarded([&](const char* text) { why = text; },
+                                      [&] {
+                                          CheckOn(one, readable->picture.size, verified);
+                                          return ExitCode::Done;
+                                      });
+        if (code == ExitCode::Done) return verified;
+        Fail(code, why);
+        for (VerifiedPicture& picture : verified)
+            if (picture.error.empty() && picture.result.referenceSamples == 0) picture.error = why;
+        return verified;
+    }
+
+    // Returns the first code of what could not be judged.
+    ExitCode Failure() const { return m_failure; }
+
+  private:
+    void Fail(ExitCode code, const std::string& why) {
+        m_console.progress.Clear();
+        const std::scoped_lock lock(m_printing);
+        if (m_failure == ExitCode::Done) m_failure = code;
+        m_console.log.Fail(why.c_str());
+    }
+
+    // Does `judge` to a picture without an error. Bad input is an error of the picture, all others are of the
+    // case.
+    template <typename Judge>
+    void Try(VerifiedPicture& picture, Judge&& judge) {
+        if (!picture.error.empty()) return;
+        try {
+            judge(picture);
+        } catch (const Error& error) {
+            if (error.Kind() != ErrorKind::BadInput) throw;
+            picture.error = error.what();
+            Fail(ExitCode::BadInput, picture.error);
+        }
+    }
+
+    void CheckOn(const VerifyCase& one, Extent2D size, std::vector<VerifiedPicture>& verified) {
         PictureSettings settings = SettingsFrom(one.given);
-        if (!one.given.contains("size")) settings.size = verified.front().picture.size;
+        if (!one.given.contains("size")) settings.size = size;
         SceneInput input = Load(one, settings);
         RequireMapFor(one.given, input, ChooseLight(input, settings), "--env or --light studio");
         const std::filesystem::path cache = m_arguments.isCached ? CacheFolder() : std::filesystem::path();
@@ -75,40 +120,43 @@ class VerifyRun {
                         .maxSamples = one.maxSamples,
                         .cache = cache.empty() ? cache : cache / "references",
                         .exposureEv = one.transfer.exposureEv,
+                        .isStopRequested = os::IsStopRequested,
                         .log = m_log};
         if (m_console.progress.IsOn())
             desc.progress = [&](const ProgressState& state) {
                 m_console.progress.ShowSamples("reference of " + one.scene.filename().string(), state);
             };
         Verify verify(m_device, std::move(input), std::move(desc));
-        CheckOptions options{.regions = one.regions};
-        if (!one.mask.empty()) options.mask = ReadPicture(one.mask, {}, m_log).radiance;
-        for (VerifiedPicture& picture : verified) {
-            if (settings.view == View::PathTraced) {
-                picture.explain = ExplainCommandFor(one, settings);
-                picture.originX = RenderedPart(settings).x;
-                picture.originY = RenderedPart(settings).y;
-            }
-            const std::filesystem::path stored = AcceptedFile(one, picture);
-            options.accepted = ReadAccepted(stored, verify.Key());
-            picture.result = verify.Check(picture.picture, options);
-            if (!picture.result.verdict.isRight && m_arguments.isUpdating) {
-                StoreAccepted(stored, picture.picture, verify);
-                picture.isAccepted = true;
-            }
-            if (!m_arguments.html.empty()) {
-                Renderer renderer(m_device);
-                picture.shown = ShowPictures(renderer, verify.Reference(), picture.picture,
-                                             picture.result.verdict, one.transfer.exposureEv);
-            }
-            m_console.progress.Clear();
-            const std::scoped_lock lock(m_printing);
-            if (!m_arguments.isQuiet) PrintLine(DescribeVerdict(picture));
-        }
-        return verified;
+        CheckOptions options{.regions = one.regions, .pictureSamples = one.pictureSamples};
+        if (!one.mask.empty()) options.mask = ReadPicture(one.mask, {}, m_log);
+        for (VerifiedPicture& each : verified)
+            Try(each, [&](VerifiedPicture& picture) {
+                const std::filesystem::path stored = AcceptedFile(one, picture.picture.name);
+                options.accepted = ReadAccepted(stored, verify.Key());
+                if (!options.accepted.radiance.empty()) picture.accepted = stored.string();
+                picture.result = verify.Check(picture.picture, options);
+                picture.picture = verify.AsJudged(picture.picture);
+                if (settings.view == View::PathTraced) {
+                    picture.explain = ExplainCommandFor(one, settings, picture.result.referenceSamples);
+                    picture.originX = RenderedPart(settings).x;
+                    picture.originY = RenderedPart(settings).y;
+                }
+                if (!picture.result.verdict.isRight && m_arguments.isUpdating) {
+                    StoreAccepted(stored, WithoutNonFinite(picture.picture), verify);
+                    picture.isAccepted = true;
+                }
+                if (!m_arguments.html.empty()) {
+                    Renderer renderer(m_device);
+                    picture.shown =
+                        ShowPictures(renderer, verify.Reference(), WithoutNonFinite(picture.picture),
+                                     picture.result.verdict, one.transfer.exposureEv);
+                }
+                m_console.progress.Clear();
+                const std::scoped_lock lock(m_printing);
+                if (!m_arguments.isQuiet) PrintLine(DescribeVerdict(picture));
+            });
     }
 
-  private:
     SceneInput Load(const VerifyCase& one, const PictureSettings& settings) {
         InputOptions options = InputOptionsFor(settings);
         options.root = one.root;
@@ -120,14 +168,7 @@ class VerifyRun {
         return LoadInput(one.scene, options);
     }
 
-    // Returns where the difference of a picture is; "": nowhere.
-    static std::filesystem::path AcceptedFile(const VerifyCase& one, const VerifiedPicture& picture) {
-        if (one.accepted.empty()) return {};
-        const std::string stem = std::filesystem::path(picture.picture.name).stem().string();
-        return one.accepted / ((one.name.empty() ? stem : one.name + "." + stem) + ".exr");
-    }
-
-    Texels ReadAccepted(const std::filesystem::path& file, const std::string& key) const {
+    Picture ReadAccepted(const std::filesystem::path& file, const std::string& key) const {
         std::error_code error;
         if (file.empty() || !std::filesystem::exists(file, error)) return {};
         const image::ExrImage image = AsInput([&] { return image::ReadExr(file); });
@@ -139,11 +180,12 @@ class VerifyRun {
                             "stores it again",
                             file);
         }
-        Texels accepted(size_t{4} * image.width * image.height, 0.0f);
+        Picture accepted{.name = file.string(), .size = {image.width, image.height}};
+        accepted.radiance.assign(4 * PixelCount(accepted.size), 0.0f);
         for (size_t c = 0; c < 3; ++c) {
             const std::vector<float>* channel = image.FloatChannel(std::string(1, "RGB"[c]));
             if (channel == nullptr) throw MakeError(ErrorKind::BadInput, "{}: no R, G and B", file);
-            for (size_t i = 0; i < channel->size(); ++i) accepted[4 * i + c] = (*channel)[i];
+            for (size_t i = 0; i < channel->size(); ++i) accepted.radiance[4 * i + c] = (*channel)[i];
         }
         return accepted;
     }
@@ -167,6 +209,7 @@ class VerifyRun {
     rhi::Device& m_device;
     Log m_log;
     std::mutex m_printing;
+    ExitCode m_failure = ExitCode::Done;
 };
 
 }  // namespace
@@ -177,34 +220,25 @@ ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console) {
     const image::ExrThreads threads;
     const std::vector<VerifyCase> cases =
         arguments.suite.empty() ? std::vector{arguments.only} : ReadSuite(arguments.suite);
+    RequireDistinctAccepted(cases);
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
+    os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
+    signals.StartDeferring();
     VerifyRun run(arguments, console, *device);
     std::vector<std::vector<VerifiedPicture>> results(cases.size());
-    std::vector<std::exception_ptr> errors(cases.size());
     std::atomic<size_t> next = 0;
     const auto work = [&] {
-        for (size_t i = next++; i < cases.size(); i = next++) try {
-                results[i] = run.Check(cases[i]);
-            } catch (...) {
-                errors[i] = std::current_exception();
-            }
+        for (size_t i = next++; i < cases.size() && !os::IsStopRequested(); i = next++)
+            results[i] = run.Check(cases[i]);
     };
     {
         std::vector<std::jthread> others;
         for (size_t i = 1; i < std::min<size_t>(arguments.jobs, cases.size()); ++i) others.emplace_back(work);
         work();
     }
-    // A case that cannot be judged is said, and does not keep the others from their report
-    ExitCode failure = ExitCode::Done;
     std::vector<VerifiedPicture> verified;
-    for (size_t i = 0; i < cases.size(); ++i) {
-        if (errors[i]) {
-            const ExitCode code = Guarded([&](const char* why) { console.log.Fail(why); },
-                                          [&]() -> ExitCode { std::rethrow_exception(errors[i]); });
-            if (failure == ExitCode::Done) failure = code;
-        }
-        std::ranges::move(results[i], std::back_inserter(verified));
-    }
+    for (std::vector<VerifiedPicture>& result : results)
+        std::ranges::move(result, std::back_inserter(verified));
     console.log.RequireValid();
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });
     if (!arguments.json.empty())
@@ -212,7 +246,8 @@ ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console) {
     if (!arguments.html.empty())
         outputs.Add(arguments.html, [&] { WriteTextFile(arguments.html, VerifyHtml(verified)); });
     outputs.WriteAll();
-    if (failure != ExitCode::Done) return failure;
+    if (os::IsStopRequested()) return ExitCode::TryAgain;
+    if (run.Failure() != ExitCode::Done) return run.Failure();
     if (outputs.Result() != ExitCode::Done) return outputs.Result();
     const bool areRight = std::ranges::all_of(verified, [](const VerifiedPicture& picture) {
         return picture.result.verdict.isRight || picture.isAccepted;

@@ -227,7 +227,8 @@ ReportPictures ShowPictures(Renderer& renderer, const session::Picture& referenc
 
 std::string VerifyHtml(const std::vector<VerifiedPicture>& pictures) {
     std::string html = kHead;
-    for (const VerifiedPicture& picture : pictures) html += Section(picture);
+    for (const VerifiedPicture& picture : pictures)
+        html += picture.error.empty() ? Section(picture) : "<p>" + Escaped(picture.error) + "</p>\n";
     return html + "</body></html>\n";
 }
 

@@ -20,10 +20,12 @@ Json PictureJson(const VerifiedPicture& verified) {
               {"height", verified.picture.size.height},
               {"right", verdict.isRight},
               {"accepted_now", verified.isAccepted},
+              {"accepted", verified.accepted},
               {"decided", verdict.isDecided},
               {"reference_samples", verified.result.referenceSamples},
               {"new_samples", verified.result.newSamples},
-              {"noise", verdict.isNoiseEstimated ? "estimated" : "known"}};
+              {"noise", verdict.isNoiseEstimated ? "estimated" : "known"},
+              {"picture_samples", verdict.pictureSamples}};
     for (const session::VerdictCheck& check : verdict.checks)
         json["checks"].push_back({{"name", check.name},
                                   {"value", check.value},
@@ -104,6 +106,7 @@ std::string ExplainCommandOf(const VerifiedPicture& verified, const session::Ver
 std::string CheckText(const session::VerdictCheck& check) {
     if (check.name == "ssim") return Text("ssim {:.3f}, at least {:.3f}", check.value, check.limit);
     if (check.name == "flip") return Text("flip {:.3f}, at most {:.3f}", check.value, check.limit);
+    if (check.name == "nonfinite") return Text("{} pixels are NaN or infinite: {}", check.value, check.where);
     return Text("{} {:.2f} %, at most {:.2f} %{}{}", check.name, 100.0 * check.value, 100.0 * check.limit,
                 check.where.empty() ? "" : ": ", check.where);
 }
@@ -112,7 +115,9 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
     const session::Verdict& verdict = verified.result.verdict;
     std::string text =
         Text("{}: {} ({} of the reference{})", Printable(verified.picture.name, 1024),
-             verdict.isRight       ? "right"
+             verdict.isRight && !verified.accepted.empty()
+                 ? Text("right, with the accepted difference {}", Printable(verified.accepted, 1024))
+             : verdict.isRight     ? "right"
              : verified.isAccepted ? "not right, accepted now"
                                    : "NOT RIGHT",
              Counted(verified.result.referenceSamples, "sample"),
@@ -124,17 +129,23 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
             "\n  possible causes, the likeliest first, with the share of the difference that each explains:";
     for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
         text += Text("\n  {:3.0f} %: {}", 100.0 * hypothesis.explained, hypothesis.text);
-    if (verdict.isRight && !verdict.isDecided)
-        text += "\n  more samples of the reference could change this (--spp)";
+    if (!verdict.isDecided) text += "\n  more samples of the reference could change this (--spp)";
     return text;
 }
 
 std::string VerifyJson(const std::vector<VerifiedPicture>& pictures) {
     Json json{{"schema", 1}};
-    json["right"] = std::ranges::all_of(
-        pictures, [](const VerifiedPicture& picture) { return picture.result.verdict.isRight; });
-    json["pictures"] = Json::array();
-    for (const VerifiedPicture& picture : pictures) json["pictures"].push_back(PictureJson(picture));
+    json["right"] = std::ranges::all_of(pictures, [](const VerifiedPicture& picture) {
+        return picture.error.empty() && picture.result.verdict.isRight;
+    });
+    json["pictures"] = json["errors"] = Json::array();
+    for (const VerifiedPicture& picture : pictures) {
+        if (picture.error.empty())
+            json["pictures"].push_back(PictureJson(picture));
+        else
+            json["errors"].push_back(
+                {{"scene", picture.scene}, {"picture", picture.picture.name}, {"error", picture.error}});
+    }
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

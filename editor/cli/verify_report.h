@@ -19,8 +19,11 @@ struct VerifiedPicture {
     std::string scene;
     session::Picture picture;
     session::VerifyResult result;
+    std::string error = {};     // why it is not judged: there is no result; "": it is
     ReportPictures shown = {};  // for VerifyHtml; empty: not made
     bool isAccepted = false;    // its difference has been stored as accepted
+    // The file of the accepted difference with which it was compared; "": none.
+    std::string accepted = {};
     // The command that explains a pixel of the reference, but for its --pixel; "": none does. Its pixels
     // begin at `origin`.
     std::string explain = {};

@@ -1,6 +1,9 @@
 #include "editor/cli/verify_suite.h"
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "base/files.h"
 #include "base/text.h"
@@ -21,14 +24,14 @@ class SuiteReader {
     std::vector<VerifyCase> Read() const {
         const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(m_path, kMostBytes); });
         const auto* const first = reinterpret_cast<const char*>(bytes.data());
-        const SuiteJson json = SuiteJson::parse(first, first + bytes.size(), nullptr, false);
-        if (json.is_discarded()) Fail("", "it is no JSON");
+        const SuiteJson json = Parse(first, first + bytes.size());
         if (!json.is_object() || !json.contains("cases") || !json["cases"].is_array())
             Fail("cases", "there is no list of cases");
         for (const auto& [key, value] : json.items())
             if (key != "cases" && key != "defaults") Fail(key, "there is no such key");
         VerifyCase defaults;
         defaults.accepted = m_folder / "accepted";
+        defaults.folder = m_folder;
         if (json.contains("defaults")) Take(defaults, "defaults", json["defaults"]);
         std::vector<VerifyCase> cases;
         for (const SuiteJson& each : json["cases"]) {
@@ -46,6 +49,23 @@ class SuiteReader {
 
   private:
     static constexpr uint64_t kMostBytes = uint64_t{1} << 24;
+
+    SuiteJson Parse(const char* first, const char* last) const {
+        try {
+            return SuiteJson::parse(first, last);
+        } catch (const SuiteJson::parse_error& error) {
+            const size_t before = std::min(error.byte, static_cast<size_t>(last - first));
+            Fail(Text("line {}", 1 + std::count(first, first + before, '\n')), "it is no JSON");
+        }
+    }
+    // Throws as `get` does for what is no count.
+    static uint32_t Count(const SuiteJson& value, uint32_t least) {
+        if (value.is_number_integer() && (value < least || value > (uint32_t{1} << 24)))
+            throw MakeError(ErrorKind::Usage, "it is not from {} to {}", least, uint32_t{1} << 24);
+        if (value.is_number() && !value.is_number_integer())
+            throw Error(ErrorKind::Usage, "it is no whole number");
+        return value.get<uint32_t>();
+    }
 
     [[noreturn]] void Fail(const std::string& where, std::string_view why) const {
         throw MakeError(ErrorKind::BadInput, "{}: {}{}{}", m_path, Printable(where),
@@ -96,7 +116,9 @@ class SuiteReader {
         } else if (key == "exposure") {
             into.transfer.exposureEv = value.get<float>();
         } else if (key == "spp") {
-            into.maxSamples = std::max(value.get<uint32_t>(), 2u);
+            into.maxSamples = Count(value, 2);
+        } else if (key == "picture_spp") {
+            into.pictureSamples = Count(value, 0);
         } else if (key == "against") {
             TakeSetting(into, "view", text());
         } else if (key == "regions") {
@@ -134,6 +156,31 @@ class SuiteReader {
 };
 
 }  // namespace
+
+std::filesystem::path AcceptedFile(const VerifyCase& one, const std::filesystem::path& picture) {
+    if (one.accepted.empty()) return {};
+    std::filesystem::path relative = picture.lexically_normal();
+    if (!one.folder.empty()) relative = relative.lexically_relative(one.folder.lexically_normal());
+    if (relative.empty() || relative.is_absolute()) relative = picture.filename();
+    if (relative.extension() == ".exr") relative.replace_extension();
+    std::string name = one.name.empty() ? std::string() : one.name + ".";
+    for (const char c : relative.generic_string()) name += c == '/' ? '.' : c;
+    return one.accepted / (name + ".exr");
+}
+
+void RequireDistinctAccepted(const std::vector<VerifyCase>& cases) {
+    std::map<std::filesystem::path, std::filesystem::path> taken;
+    for (const VerifyCase& one : cases)
+        for (const std::filesystem::path& picture : one.pictures) {
+            const std::filesystem::path file = AcceptedFile(one, picture);
+            if (file.empty()) continue;
+            const auto [at, isNew] = taken.try_emplace(file, picture);
+            if (!isNew)
+                throw MakeError(ErrorKind::Usage,
+                                "{} and {} have one accepted difference, {}; give their cases a name",
+                                at->second, picture, file);
+        }
+}
 
 std::vector<VerifyCase> ReadSuite(const std::filesystem::path& path) {
     return SuiteReader(path).Read();

@@ -147,13 +147,13 @@ Environment DecodeFloats(std::span<const std::byte> bytes, std::string_view name
     } else {
         Reject(name, Text("is {}; an environment is Radiance HDR or OpenEXR", FormatName(format)));
     }
-    RequireFinite(environment.image, name);
     return environment;
 }
 
 Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                               const DecodeLimits& limits) {
     Environment environment = DecodeFloats(bytes, name, limits);
+    RequireFinite(environment.image, name);
     ClampNegative(environment.image, name, environment.warnings);
     return environment;
 }

@@ -92,7 +92,7 @@ RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
                                          const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                                            const DecodeLimits& limits = kEnvironmentLimits);
-// Does the same for a picture that need not be light: negative values stay.
+// Does the same for a picture that need not be light: negative values, NaN, infinities stay.
 RAYGRAPH_API Environment DecodeFloats(std::span<const std::byte> bytes, std::string_view name,
                                       const DecodeLimits& limits = kEnvironmentLimits);
 

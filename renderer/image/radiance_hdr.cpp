@@ -10,6 +10,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "renderer/image/decode.h"
+#include "renderer/image/radiance_hdr.h"
 
 namespace raygraph::image {
 namespace {
@@ -70,7 +71,8 @@ Size ParseResolution(const HdrReader& reader, std::string_view line) {
     return size;
 }
 
-void ReadHeader(HdrReader& reader, std::vector<std::string>& warnings) {
+// Returns EXPOSURE.
+double ReadHeader(HdrReader& reader) {
     reader.Line();  // "#?RADIANCE" or another program's name
     double exposure = 1.0;
     for (std::string_view line = reader.Line(); !line.empty(); line = reader.Line()) {
@@ -85,9 +87,7 @@ void ReadHeader(HdrReader& reader, std::vector<std::string>& warnings) {
             exposure *= factor;
         }
     }
-    if (exposure != 1.0) {
-        warnings.push_back(std::string(reader.name) + ": EXPOSURE in the header is not applied");
-    }
+    return exposure;
 }
 
 // Reads four planes of the row, each in runs (count + 128, value) and literals (count, values).
@@ -196,10 +196,16 @@ void AppendRlePlane(std::vector<std::byte>& out, std::span<const Rgbe> row, size
 
 }  // namespace
 
+float HdrExposure(std::span<const std::byte> bytes, std::string_view name) {
+    HdrReader reader{bytes, name};
+    return static_cast<float>(ReadHeader(reader));
+}
+
 ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
                  std::vector<std::string>& warnings) {
     HdrReader reader{bytes, name};
-    ReadHeader(reader, warnings);
+    if (ReadHeader(reader) != 1.0)
+        warnings.push_back(std::string(name) + ": EXPOSURE in the header is not applied");
     const auto [width, height] = ParseResolution(reader, reader.Line());
     CheckSize(name, width, height, limits);
     if (reader.rest.size() / 4 < height)

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <limits>
 
 #include "editor/session/verify/diagnosis.h"
 #include "editor/session/verify/verdict.h"
@@ -64,6 +66,23 @@ TEST(ReadPicture, Exr_KeepsNegativeValues) {
         {"R", std::vector<float>{-0.5f}}, {"G", std::vector<float>{0.25f}}, {"B", std::vector<float>{-2.0f}}};
     image::WriteExr(folder / "a.exr", file);
     EXPECT_EQ(ReadPicture(folder / "a.exr").radiance, (std::vector<float>{-0.5f, 0.25f, -2.0f, 1.0f}));
+}
+
+TEST(ReadPicture, Hdr_IsDividedByItsExposure) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "a.hdr", std::ios::binary)
+        << "#?RADIANCE\nEXPOSURE=4\nEXPOSURE=0.5\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
+    const Picture picture = ReadPicture(folder / "a.hdr");
+    EXPECT_EQ(picture.radiance, (std::vector<float>{0.5f, 0.25f, 0.125f, 1.0f}));
+}
+
+TEST(ReadPicture, ExrWithZAlone_IsDepth) {
+    const TemporaryFolder folder;
+    image::ExrImage file{.width = 2, .height = 1};
+    file.channels = {{"Z", std::vector<float>{2.5f, std::numeric_limits<float>::infinity()}}};
+    image::WriteExr(folder / "a.exr", file);
+    EXPECT_EQ(ReadPicture(folder / "a.exr").radiance,
+              (std::vector<float>{2.5f, 2.5f, 2.5f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f}));
 }
 
 TEST(ReadPicture, ExrWithVarianceOfASample_HasThatOfTheMean) {
@@ -186,14 +205,50 @@ TEST_F(DifferenceTest, Verdict_OfNoiseDependsOnItsVariance) {
     const float right = 0.4f * 0.4f / 12.0f;
     EXPECT_TRUE(judge(right).isRight);
     EXPECT_FALSE(judge(0.05f * right).isRight);
-    // Without a variance it is estimated
-    noisy.variance.clear();
-    const Verdict verdict = Judge(renderer, noisy, {.reference = reference, .tolerance = tolerance});
-    EXPECT_TRUE(verdict.isNoiseEstimated);
-    EXPECT_TRUE(verdict.isRight);
-    bool isEstimated = false;
-    const Texels noise = NoiseOf(noisy, reference, isEstimated);
-    EXPECT_NEAR(noise[0], right, 0.5f * right);
+}
+
+// A picture is judged only where it counts: what is masked adds nothing to any number.
+TEST_F(DifferenceTest, Masked_PixelsDoNotDilute) {
+    Renderer renderer(Device());
+    const Extent2D size{64, 32}, half{32, 32};
+    const auto whole = Difference(renderer, Constant(half, 0.25f), Constant(half, 0.5f));
+    std::vector<float> relative(PixelCount(size), std::numeric_limits<float>::infinity());
+    Picture picture = Constant(size, 0.5f);
+    for (uint32_t y = 0; y < 32; ++y) {
+        std::fill_n(&relative[y * 64], 32, 0.05f);
+        picture.radiance[4 * (y * 64 + 40)] = std::numeric_limits<float>::quiet_NaN();
+    }
+    const Picture reference = Constant(size, 0.25f);
+    const Verdict verdict = Judge(renderer, picture, {.reference = reference, .relative = relative});
+    EXPECT_NEAR(verdict.difference.relMse, whole.relMse, 1e-9);
+    EXPECT_NEAR(verdict.difference.mean[1], 0.5, 1e-9);
+    // Windows reach across the border of the mask, where the pictures agree
+    EXPECT_GT(verdict.difference.flip, 0.9 * whole.flip);
+    EXPECT_LT(verdict.difference.ssim, 0.9);
+    EXPECT_FALSE(verdict.isRight);
+}
+
+TEST_F(DifferenceTest, PixelsThatAreNoNumbers_FailACheck) {
+    Renderer renderer(Device());
+    const Extent2D size{32, 32};
+    const Picture reference = Constant(size, 1.0f);
+    for (const float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        Picture picture = reference;
+        picture.radiance[3] = bad;  // alpha has no meaning
+        EXPECT_TRUE(Judge(renderer, picture, {.reference = reference}).isRight);
+        picture.radiance[4 * (3 * 32 + 2) + 1] = bad;
+        const Verdict verdict = Judge(renderer, picture, {.reference = reference});
+        EXPECT_FALSE(verdict.isRight);
+        EXPECT_TRUE(verdict.isDecided);
+        EXPECT_EQ(verdict.checks.back().name, "nonfinite");
+        EXPECT_EQ(verdict.checks.back().value, 1.0);
+        EXPECT_EQ(verdict.checks.back().where, "pixels 2,3");
+        for (const VerdictCheck& check : verdict.checks)
+            EXPECT_TRUE(std::isfinite(check.value)) << check.name;
+        EXPECT_EQ(testing::ErrorOf([&] { Difference(renderer, reference, picture); }).Kind(),
+                  ErrorKind::BadInput);
+    }
 }
 
 }  // namespace raygraph::session::difference_test

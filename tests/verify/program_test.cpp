@@ -82,21 +82,79 @@ TEST(ProgramVerify, List_HasTolerancesRegionsAndAcceptedDifferences) {
     const ProgramResult ignored = verify(R"(, "regions": ["object:*=ignore"])");
     EXPECT_EQ(ignored.exitCode, 4) << ignored.messages;
     EXPECT_NE(ignored.messages.find("no pixel counts"), std::string::npos) << ignored.messages;
+    // A picture that cannot be read keeps no other from its verdict
+    std::ofstream(folder / "text.exr") << "text";
+    const ProgramResult unreadable = verify(R"(, "pictures": ["text.exr", "depth.exr"])");
+    EXPECT_EQ(unreadable.exitCode, 4);
+    const nlohmann::json errors = Json(folder / "report.json");
+    EXPECT_FALSE(errors.at("right").get<bool>());
+    ASSERT_EQ(errors.at("errors").size(), 1u) << errors.dump(1);
+    EXPECT_EQ(errors["errors"][0].at("picture"), "text.exr");
+    EXPECT_EQ(errors.at("pictures").size(), 2u);
     // An accepted difference counts as right, for this reference
     EXPECT_EQ(verify("", " --update").exitCode, 0);
     EXPECT_TRUE(std::filesystem::exists(folder / "accepted" / "cornell.depth.exr"));
-    EXPECT_EQ(verify("").exitCode, 0);
+    const ProgramResult accepted = verify("");
+    EXPECT_EQ(accepted.exitCode, 0);
+    EXPECT_NE(accepted.output.find("right, with the accepted difference"), std::string::npos)
+        << accepted.output;
     const ProgramResult stale = verify(R"(, "settings": {"seed": 5})");
     EXPECT_EQ(stale.exitCode, 4);
     EXPECT_NE(stale.messages.find("was accepted for another scene"), std::string::npos) << stale.messages;
     for (const auto& [more, why] :
          {std::pair(R"(, "gamma": 2)", "verify.json: cases[1].gamma: there is no such key"),
           std::pair(R"(, "spp": "many")", "cases[1].spp: its value has the wrong type"),
+          std::pair(R"(, "spp": -4)", "cases[1].spp: it is not from 2 to 16777216"),
+          std::pair("\n\n, spp", "verify.json: line 3: it is no JSON"),
+          std::pair(R"(, "pictures": ["a/b.exr", "a.b.exr"])", "have one accepted difference"),
           std::pair(R"(, "regions": ["x"])", "is neither object:PATTERN=X")}) {
         const ProgramResult refused = verify(more);
-        EXPECT_EQ(refused.exitCode, 4);
+        EXPECT_EQ(refused.exitCode, std::string_view(why).starts_with("have") ? 2 : 4);
         EXPECT_NE(refused.messages.find(why), std::string::npos) << refused.messages;
     }
+}
+
+TEST(ProgramVerify, ViewsOfThisProgram_AreRight) {
+    const test::TemporaryFolder folder;
+    nlohmann::json cases;
+    for (const std::string view : {"normals", "albedo", "roughness"}) {
+        ASSERT_EQ(RunProgram(folder, "render @cornell.gltf --size 24x20 --quiet --spp 64 --view " + view +
+                                         " -o " + view + ".exr -o " + view + ".png")
+                      .exitCode,
+                  0);
+        cases.push_back({{"scene", test::SceneFile("cornell.gltf")},
+                         {"against", view},
+                         {"transfer", view == "roughness" ? "linear" : "srgb"},
+                         {"pictures", {view + ".exr", view + ".png"}}});
+    }
+    std::ofstream(folder / "verify.json") << nlohmann::json{{"cases", cases}};
+    const ProgramResult right = RunProgram(folder, "verify verify.json --no-cache");
+    EXPECT_EQ(right.exitCode, 0) << right.output << right.messages;
+    // Other views paint their values
+    const ProgramResult painted =
+        RunProgram(folder, "verify @cornell.gltf normals.png albedo.exr --against depth --no-cache");
+    EXPECT_EQ(painted.exitCode, 4);
+    EXPECT_NE(painted.messages.find("normals.png: a .png shows depth in colors for people"),
+              std::string::npos)
+        << painted.messages;
+    // What a list says is not said again
+    const ProgramResult twice = RunProgram(folder, "verify verify.json --tolerance 0.5");
+    EXPECT_EQ(twice.exitCode, 2);
+    EXPECT_NE(twice.messages.find("--tolerance cannot be used with a list; set it in verify.json"),
+              std::string::npos)
+        << twice.messages;
+}
+
+TEST(ProgramVerify, CroppedPicture_IsComparedWithTheCrop) {
+    const test::TemporaryFolder folder;
+    const test::EnvironmentVariable cache("XDG_CACHE_HOME", (folder / "cache").string());
+    const std::string view = "@cornell.gltf --size 32x24 --crop 8,4,16,12 ";
+    ASSERT_EQ(RunProgram(folder, "render " + view + "--spp 64 --quiet -o crop.exr").exitCode, 0);
+    ASSERT_EQ(RunProgram(folder, "render @cornell.gltf --size 32x24 --spp 64 --quiet -o whole.exr").exitCode,
+              0);
+    const ProgramResult right = RunProgram(
+        folder, "verify " + view.substr(0, 14) + "crop.exr whole.exr --size 32x24 --crop 8,4,16,12");
+    EXPECT_EQ(right.exitCode, 0) << right.output << right.messages;
 }
 
 TEST(ProgramCompare, WritesNumbersAndPictures) {

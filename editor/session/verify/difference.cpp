@@ -16,6 +16,10 @@ namespace raygraph::session {
 
 namespace {
 
+bool Counts(const std::vector<bool>& counts, size_t pixel) {
+    return counts.empty() || counts[pixel];
+}
+
 TextureId Upload(Renderer& renderer, const char* name, const Texels& texels, Extent2D size) {
     return passes::UploadTexels(renderer, std::as_bytes(std::span(texels)),
                                 renderer.CreateTexture(name, {size, Format::Rgba32Float}));
@@ -55,14 +59,14 @@ std::vector<double> Smoothed(const std::vector<double>& plane, Extent2D size) {
 }
 
 std::optional<ZScores> ScoresOf(const Texels& reference, const Texels& picture, const Texels& varianceA,
-                                const Texels& varianceB) {
+                                const Texels& varianceB, const std::vector<bool>& counts) {
     if (varianceA.empty() && varianceB.empty()) return std::nullopt;
     ZScores scores;
     std::array<double, 3> difference{}, variance{};
     double squares = 0.0;
     size_t count = 0, beyond = 0;
     for (size_t i = 0; i < reference.size(); ++i) {
-        if (i % 4 == 3) continue;
+        if (i % 4 == 3 || !Counts(counts, i / 4)) continue;
         const double d = double{picture[i]} - reference[i];
         const double v = (varianceA.empty() ? 0.0 : varianceA[i]) + (varianceB.empty() ? 0.0 : varianceB[i]);
         difference[i % 4] += d;
@@ -94,19 +98,25 @@ Texels CutAt(Texels radiance, float white) {
 }
 
 FlipOfPictures FlipOf(Renderer& renderer, const Texels& reference, const Texels& picture, Extent2D size,
-                      float exposureEv) {
+                      float exposureEv, const std::vector<bool>& counts) {
     renderer.BeginFrame();
     const TextureId a = Displayed(renderer, "reference", reference, size, exposureEv),
                     b = Displayed(renderer, "picture", picture, size, exposureEv);
     const Readback map = renderer.ReadBack(passes::Flip(renderer, a, b));
     renderer.Execute();
     FlipOfPictures flip{.map = WaitForValues<float>(map)};
-    for (const float value : flip.map) flip.mean += value;
-    flip.mean /= double(std::max<size_t>(flip.map.size(), 1));
+    size_t counted = 0;
+    for (size_t i = 0; i < flip.map.size(); ++i) {
+        if (!Counts(counts, i)) continue;
+        flip.mean += flip.map[i];
+        ++counted;
+    }
+    flip.mean /= double(std::max<size_t>(counted, 1));
     return flip;
 }
 
-double SsimOf(const Texels& reference, const Texels& picture, Extent2D size, float exposureEv) {
+double SsimOf(const Texels& reference, const Texels& picture, Extent2D size, float exposureEv,
+              const std::vector<bool>& counts) {
     const size_t count = reference.size() / 4;
     const float scale = std::exp2(exposureEv);
     const Transfer srgb;
@@ -128,16 +138,18 @@ double SsimOf(const Texels& reference, const Texels& picture, Extent2D size, flo
     for (auto& plane : planes) plane = Smoothed(plane, size);
     constexpr double kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
     double sum = 0.0;
+    size_t counted = 0;
     for (size_t i = 0; i < count; ++i) {
+        if (!Counts(counts, i)) continue;
+        ++counted;
         const double mx = planes[0][i], my = planes[1][i];
         const double vx = planes[2][i] - mx * mx, vy = planes[3][i] - my * my, both = planes[4][i] - mx * my;
         sum += (2.0 * mx * my + kC1) * (2.0 * both + kC2) / ((mx * mx + my * my + kC1) * (vx + vy + kC2));
     }
-    return sum / double(std::max<size_t>(count, 1));
+    return sum / double(std::max<size_t>(counted, 1));
 }
 
-PictureDifference Difference(Renderer& renderer, const Picture& reference, const Picture& picture,
-                             float exposureEv) {
+void RequireComparable(const Renderer& renderer, const Picture& reference, const Picture& picture) {
     if (reference.size != picture.size)
         throw MakeError(ErrorKind::BadInput, "{} has {} pixels, and {} has {}", Printable(picture.name, 1024),
                         ToText(picture.size), Printable(reference.name, 1024), ToText(reference.size));
@@ -145,12 +157,30 @@ PictureDifference Difference(Renderer& renderer, const Picture& reference, const
     if (PixelCount(picture.size) == 0 || std::max(picture.size.width, picture.size.height) > most)
         throw MakeError(ErrorKind::BadInput, "{}: {} pixels; a picture to compare has from 1x1 to {}x{}",
                         Printable(picture.name, 1024), ToText(picture.size), most, most);
+}
+
+PictureDifference Difference(Renderer& renderer, const Picture& reference, const Picture& picture,
+                             float exposureEv, const std::vector<bool>& counts) {
+    RequireComparable(renderer, reference, picture);
+    for (const Picture* each : {&reference, &picture})
+        for (size_t i = 0; i < each->radiance.size(); ++i)
+            if (i % 4 != 3 && !std::isfinite(each->radiance[i]) && Counts(counts, i / 4))
+                throw MakeError(ErrorKind::BadInput, "{}: pixel ({}, {}) is {}", Printable(each->name, 1024),
+                                i / 4 % each->size.width, i / 4 / each->size.width,
+                                std::isnan(each->radiance[i]) ? "NaN" : "infinite");
     const float white = std::min(reference.white, picture.white);
-    const Texels a = CutAt(reference.radiance, white), b = CutAt(picture.radiance, white);
+    const Texels a = CutAt(reference.radiance, white);
+    Texels b = CutAt(picture.radiance, white);
     PictureDifference result;
     double squares = 0.0, noise = 0.0;
+    size_t values = 0;
     for (size_t i = 0; i < a.size(); ++i) {
+        if (!Counts(counts, i / 4)) {
+            b[i] = a[i];
+            continue;
+        }
         if (i % 4 == 3) continue;
+        ++values;
         const double r = a[i], d = b[i] - r, weight = 1.0 / (r * r + 0.01);
         squares += d * d * weight;
         if (!reference.variance.empty()) noise += reference.variance[i] * weight;
@@ -158,18 +188,18 @@ PictureDifference Difference(Renderer& renderer, const Picture& reference, const
         result.meanOfReference[i % 4] += r;
         result.mean[i % 4] += b[i];
     }
-    const double count = double(a.size() / 4);
+    const double count = double(values) / 3.0;
     result.relMse = squares / (3.0 * count);
     result.relMseOfNoise = noise / (3.0 * count);
     for (size_t c = 0; c < 3; ++c) {
         result.meanOfReference[c] /= count;
         result.mean[c] /= count;
     }
-    FlipOfPictures flip = FlipOf(renderer, a, b, picture.size, exposureEv);
+    FlipOfPictures flip = FlipOf(renderer, a, b, picture.size, exposureEv, counts);
     result.flip = flip.mean;
     result.flipMap = std::move(flip.map);
-    result.ssim = SsimOf(a, b, picture.size, exposureEv);
-    result.z = ScoresOf(a, b, reference.variance, picture.variance);
+    result.ssim = SsimOf(a, b, picture.size, exposureEv, counts);
+    result.z = ScoresOf(a, b, reference.variance, picture.variance, counts);
     return result;
 }
 

@@ -39,10 +39,16 @@ struct PictureDifference {
 };
 
 // FLIP and SSIM are those of the pictures on a display, both with this exposure, cut at 1 and encoded in
-// sRGB. Where the picture has a `white`, both are cut there. Throws Error{BadInput} that names both for
-// pictures of two sizes, of no pixel, or larger than the device's textures.
+// sRGB. Where the picture has a `white`, both are cut there. Means are over the pixels that `counts` has;
+// empty: over all. Throws as RequireComparable does, and Error{BadInput} for a pixel that is NaN or infinite.
 RAYGRAPH_API PictureDifference Difference(Renderer& renderer, const Picture& reference,
-                                          const Picture& picture, float exposureEv = 0.0f);
+                                          const Picture& picture, float exposureEv = 0.0f,
+                                          const std::vector<bool>& counts = {});
+
+// Throws Error{BadInput} that names both for pictures of two sizes, of no pixel, or larger than the device's
+// textures.
+RAYGRAPH_API void RequireComparable(const Renderer& renderer, const Picture& reference,
+                                    const Picture& picture);
 
 // Returns the radiance with everything above `white` cut.
 RAYGRAPH_API Texels CutAt(Texels radiance, float white);
@@ -52,8 +58,9 @@ struct FlipOfPictures {
     double mean = 0.0;
 };
 RAYGRAPH_API FlipOfPictures FlipOf(Renderer& renderer, const Texels& reference, const Texels& picture,
-                                   Extent2D size, float exposureEv);
-RAYGRAPH_API double SsimOf(const Texels& reference, const Texels& picture, Extent2D size, float exposureEv);
+                                   Extent2D size, float exposureEv, const std::vector<bool>& counts = {});
+RAYGRAPH_API double SsimOf(const Texels& reference, const Texels& picture, Extent2D size, float exposureEv,
+                           const std::vector<bool>& counts = {});
 
 // --- Pictures for people: opaque, sRGB ---
 

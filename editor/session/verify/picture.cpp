@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "base/files.h"
 #include "base/text.h"
@@ -10,6 +12,7 @@
 #include "editor/session/settings/parse.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
+#include "renderer/image/radiance_hdr.h"
 
 namespace raygraph::session {
 
@@ -80,7 +83,7 @@ Picture FromPng(const std::vector<std::byte>& bytes, const std::filesystem::path
     return picture;
 }
 
-// Adds what an .exr has beside its colors.
+// Adds what an .exr has beside its colors. Outside its data window there is no noise.
 void AddVariance(const image::ExrImage& file, Picture& picture) {
     const std::vector<float>* variance[3] = {};
     for (size_t c = 0; c < 3; ++c) {
@@ -88,23 +91,35 @@ void AddVariance(const image::ExrImage& file, Picture& picture) {
         if (variance[c] == nullptr) return;
     }
     const std::vector<uint32_t>* samples = file.UintChannel("samples");
-    const bool isWhole = file.width == picture.size.width && file.height == picture.size.height;
-    if (samples == nullptr || !isWhole) return;
-    const size_t count = samples->size();
-    picture.variance.resize(4 * count);
+    if (samples == nullptr || samples->empty()) return;
+    Texels all(picture.radiance.size(), 0.0f);
     uint64_t sum = 0;
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < samples->size(); ++i) {
         sum += (*samples)[i];
         // The variance of a single sample says nothing
-        if ((*samples)[i] < 2) {
-            picture.variance.clear();
-            return;
+        if ((*samples)[i] < 2) return;
+        const int64_t x = int64_t{file.window.x} + int64_t(i % file.width),
+                      y = int64_t{file.window.y} + int64_t(i / file.width);
+        if (x < 0 || y < 0 || x >= picture.size.width || y >= picture.size.height) continue;
+        for (size_t c = 0; c < 3; ++c) {
+            const float value = std::max(0.0f, (*variance[c])[i]) / static_cast<float>((*samples)[i]);
+            if (!std::isfinite(value)) return;
+            all[4 * (size_t(y) * picture.size.width + size_t(x)) + c] = value;
         }
-        for (size_t c = 0; c < 3; ++c)
-            picture.variance[4 * i + c] =
-                std::max(0.0f, (*variance[c])[i]) / static_cast<float>((*samples)[i]);
     }
-    picture.samples = sum / std::max<size_t>(count, 1);
+    picture.variance = std::move(all);
+    picture.samples = sum / samples->size();
+}
+
+// Returns the depth of an .exr that has nothing else; none: it has colors.
+std::optional<Texels> DepthAlone(const image::ExrImage& file) {
+    const std::vector<float>* depth = file.FloatChannel("Z");
+    if (depth == nullptr || file.FloatChannel("Y") != nullptr || file.FloatChannel("R") != nullptr)
+        return std::nullopt;
+    Texels texels(4 * depth->size(), 1.0f);
+    for (size_t i = 0; i < texels.size(); ++i)
+        if (i % 4 != 3) texels[i] = std::isinf((*depth)[i / 4]) ? 0.0f : (*depth)[i / 4];
+    return texels;
 }
 
 }  // namespace
@@ -119,14 +134,30 @@ Picture ReadPicture(const std::filesystem::path& path, const Transfer& transfer,
             case image::FileFormat::Png:
                 picture = FromPng(bytes, path, transfer);
                 break;
-            case image::FileFormat::Hdr:
+            case image::FileFormat::Hdr: {
+                image::Environment read = image::DecodeFloats(bytes, name);
+                picture.size = {read.image.width, read.image.height};
+                picture.radiance = std::move(read.image.rgba);
+                const float exposure = image::HdrExposure(bytes, name);
+                if (!(exposure > 0.0f))
+                    throw MakeError(ErrorKind::BadInput, "{}: EXPOSURE is not above 0", path);
+                for (size_t i = 0; i < picture.radiance.size(); ++i)
+                    if (i % 4 != 3) picture.radiance[i] /= exposure;
+                break;
+            }
             case image::FileFormat::Exr: {
-                auto [floats, warnings] = image::DecodeFloats(bytes, name);
-                for (const std::string& warning : warnings)
+                const image::ExrImage file = image::DecodeExr(bytes, name);
+                if (std::optional<Texels> depth = DepthAlone(file)) {
+                    picture.size = {file.width, file.height};
+                    picture.radiance = std::move(*depth);
+                    break;
+                }
+                image::Environment read = image::DecodeFloats(bytes, name);
+                for (const std::string& warning : read.warnings)
                     log.Send(LogLevel::Warning, log_category::kScene, warning);
-                picture.size = {floats.width, floats.height};
-                picture.radiance = std::move(floats.rgba);
-                if (format == image::FileFormat::Exr) AddVariance(image::DecodeExr(bytes, name), picture);
+                picture.size = {read.image.width, read.image.height};
+                picture.radiance = std::move(read.image.rgba);
+                AddVariance(file, picture);
                 break;
             }
             default:

@@ -53,8 +53,9 @@ struct RAYGRAPH_API Picture {
 };
 
 // Reads a .png by the transfer function, and a .hdr or an .exr (scan lines or tiles, R, G and B or Y) as it
-// is. An .exr with variance.R, G and B of one sample and `samples`, as this program writes, has variance.
-// Throws Error{BadInput} that names the file, also if it cannot be read, or has a NaN or an infinity.
+// is, or an .exr with Z alone as depth, which is 0 where Z is infinite. A .hdr is divided by its EXPOSURE. An
+// .exr with variance.R, G and B of one sample and `samples`, as this program writes, has variance. Throws
+// Error{BadInput} that names the file, also if it cannot be read.
 RAYGRAPH_API Picture ReadPicture(const std::filesystem::path& path, const Transfer& transfer = {},
                                  const Log& log = {});
 

@@ -50,6 +50,7 @@ struct Sums {
     double s = 0.0;                        // w x d
     double size = 0.0, sizeSquares = 0.0;  // w |x| times what errors are relative to
     double xx = 0.0;                       // w x^2
+    double lost = 0.0;                     // by how much s may be off since noise is cut at white
     // Variances of s by the noise of each.
     double ofPicture = 0.0, ofReference = 0.0;
     double ee = 0.0, exx = 0.0, xxxx = 0.0;  // products of the terms of s and xx
@@ -142,6 +143,7 @@ class Projecting {
             e += wx * (double{m_all.picture[i]} - m_all.reference[i]);
             xx += wx * x;
             size += std::abs(wx) * m_all.Scale(pixel, c);
+            sums.lost += std::abs(wx) * m_all.LostAtWhite(i);
             ofPicture += std::abs(wx) * std::sqrt(double{m_all.ownNoise[i]});
             ofReference += std::abs(wx) * std::sqrt(double{m_all.ownReferenceNoise[i]});
         }
@@ -162,24 +164,28 @@ class Projecting {
         const double left = sums.ee - 2.0 * amount * sums.exx + amount * amount * sums.xxxx;
         const double ofPicture = std::max(sums.ofPicture, m_all.noiseRatio * sums.ofReference);
         const double deviation = std::sqrt(std::max(ofPicture + sums.ofReference, left));
-        m_deviations.push_back({deviation / sums.size, std::sqrt(ofPicture) / sums.size});
+        m_deviations.push_back({deviation / sums.size, std::sqrt(ofPicture) / sums.size,
+                                std::sqrt(sums.ofReference) / sums.size});
         m_found.push_back({.kind = kind,
                            .name = name,
                            .part = part,
                            .amount = amount,
                            .z = deviation > 0.0 ? sums.s / deviation : 0.0,
-                           .error = std::abs(sums.s) / sums.size});
+                           .error = std::max(std::abs(sums.s) - sums.lost, 0.0) / sums.size});
     }
 
     std::vector<Projection> Significant() {
         const double k = SidakDeviations(m_found.size(), 0.01);
         for (size_t i = 0; i < m_found.size(); ++i) {
             Projection& found = m_found[i];
-            found.errorWithoutNoise = found.error - k * m_deviations[i].second;
-            found.error -= k * m_deviations[i].first;
+            const Deviations& deviations = m_deviations[i];
+            found.errorForRight = found.error - k * deviations.ofPicture + 2.0 * deviations.ofReference;
+            found.errorForWrong =
+                found.error - k * std::max(deviations.all, deviations.ofPicture + deviations.ofReference);
+            found.error -= k * deviations.all;
         }
         std::erase_if(m_found, [](const Projection& found) {
-            return found.error <= 0.0 && found.errorWithoutNoise <= 0.0;
+            return found.error <= 0.0 && found.errorForRight <= 0.0;
         });
         std::ranges::stable_sort(m_found, std::greater{}, &Projection::error);
         return std::move(m_found);
@@ -191,7 +197,11 @@ class Projecting {
     Planes m_weights;
     std::vector<double> m_everywhere;
     std::vector<Projection> m_found;
-    std::vector<std::pair<double, double>> m_deviations;  // relative: with the reference's noise, and without
+    // Relative standard deviations of the sums.
+    struct Deviations {
+        double all, ofPicture, ofReference;
+    };
+    std::vector<Deviations> m_deviations;
 };
 
 }  // namespace

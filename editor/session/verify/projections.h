@@ -25,8 +25,9 @@ struct Projection {
     double amount = 0.0;           // picture = reference + amount * prediction, fitted
     double z = 0.0;                // of the sum
     // The difference along the prediction, beyond the noise, over the values that an error is relative to
-    // (Tolerance). `errorWithoutNoise` is the error if the reference were exact.
-    double error = 0.0, errorWithoutNoise = 0.0;
+    // (Tolerance). With the noise of the reference taken off what noise explains, or added to it, it decides
+    // that the picture is right, or that it is not.
+    double error = 0.0, errorForRight = 0.0, errorForWrong = 0.0;
 };
 
 // Returns "object `ball`, its diffuse light".

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/api.h"
 #include "editor/session/verify/difference.h"
+#include "editor/session/verify/picture_noise.h"
 #include "editor/session/verify/projections.h"
 
 namespace raygraph::session {
@@ -37,7 +39,7 @@ struct VerdictCheck {
     std::string name;  // as the member of Tolerance
     double value = 0.0, limit = 0.0;
     bool isPassed = true;
-    std::string where = {};  // what the value is of; "": the picture
+    std::string where = {};  // what the value is of, and where; "": the picture
 };
 
 struct VerdictTile {
@@ -55,8 +57,8 @@ struct VerdictPixel {
 
 struct Verdict {
     bool isRight = false;
-    // More samples of the reference would not change the verdict: the picture is not right, or each check
-    // would end alike without the noise of the reference.
+    // More samples of the reference would hardly change the verdict: each check passes with the noise of the
+    // reference taken off its limit, or one fails with that noise added to it.
     bool isDecided = false;
     std::vector<VerdictCheck> checks;
     std::vector<VerdictTile> tiles;         // all of each size, row by row
@@ -65,6 +67,7 @@ struct Verdict {
     PictureDifference difference;           // of the pixels that count; others are those of the reference
     double flipOfNoise = 0.0, ssimOfNoise = 1.0;
     bool isNoiseEstimated = false;  // the noise of the picture is not known and was estimated
+    double pictureSamples = 0.0;    // PictureNoise::samples
 };
 
 // Holds what a picture is judged by.
@@ -73,7 +76,11 @@ struct JudgedAgainst {
     Tolerance tolerance;
     // Tolerance::relative of each pixel; empty: the same for all. Infinity: the pixel does not count.
     std::vector<float> relative = {};
-    float exposureEv = 0.0f;  // for FLIP and SSIM
+    float exposureEv = 0.0f;                      // for FLIP and SSIM
+    std::optional<uint32_t> pictureSamples = {};  // of NoiseOf
+    // What errors of all pixels are relative to, for values that are no light, such as vectors, and have no
+    // energy; 0: the radiance.
+    double scale = 0.0;
     // The reference with its AOVs, of whose parts there are projections; null: only of the whole.
     const RenderFile* render = nullptr;
     SceneNames names = {};
@@ -83,14 +90,12 @@ struct JudgedAgainst {
 //
 // A tile passes if in each channel |mean difference| <= tolerance + k standard errors, where k is so large
 // that all tiles of a right picture pass with a probability of 0.99 (Sidak) if errors are normal; a pixel,
-// with k = 4. The variance of a pixel is at least the mean around it, 5 x 5 pixels, and that of a picture
-// with a known number of samples at least that of as many samples of the reference: few samples often miss
-// what varies. Without a known variance that of independent noise is estimated in each tile from second
-// differences of picture - reference along both axes, by their median. FLIP and SSIM are compared with those
-// of the reference against itself with normal noise of these variances added.
+// with k = 4. The noise of the picture is NoiseOf. FLIP and SSIM are compared with those of the reference
+// against itself with normal noise of these variances added. A pixel that is NaN or infinite fails the check
+// `nonfinite`, and counts as black.
 RAYGRAPH_API Verdict Judge(Renderer& renderer, const Picture& picture, const JudgedAgainst& against);
 
-// Returns the variance of the picture's noise by the rules above; the variance of the reference is apart.
-RAYGRAPH_API Texels NoiseOf(const Picture& picture, const Picture& reference, bool& isEstimated);
+// Returns the picture with black pixels for those that are NaN or infinite.
+RAYGRAPH_API Picture WithoutNonFinite(Picture picture);
 
 }  // namespace raygraph::session

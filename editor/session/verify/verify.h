@@ -44,7 +44,8 @@ struct VerifyDesc {
     std::filesystem::path cache;  // folder of references, made when needed; "": none is stored
     float exposureEv = 0.0f;      // with which FLIP and SSIM see the pictures
     std::function<void(const ProgressState&)> progress;  // of the samples of the reference
-    std::function<bool()> isStopRequested;               // ends them early; empty: never
+    // Ends them early: what there is is stored, and Check throws. Empty: never.
+    std::function<bool()> isStopRequested;
     Log log;
 };
 
@@ -61,8 +62,10 @@ RAYGRAPH_API RegionRule ParseRegion(std::string_view text);
 
 struct CheckOptions {
     std::vector<RegionRule> regions;  // later ones override earlier ones
-    Texels mask;  // of the size of the picture: pixels that are black in it do not count; empty: all count
-    Texels accepted;  // a difference to the reference that counts as right; empty: none
+    // Both have the size of the picture, or none.
+    Picture mask;                                 // pixels that are black in it do not count
+    Picture accepted;                             // a difference to the reference that counts as right
+    std::optional<uint32_t> pictureSamples = {};  // of NoiseOf
 };
 
 struct VerifyResult {
@@ -81,10 +84,17 @@ class RAYGRAPH_API Verify {
     Verify(const Verify&) = delete;
     Verify& operator=(const Verify&) = delete;
 
-    // Renders what the reference lacks, stores it in the cache, and judges the picture. Throws
-    // Error{BadInput} for a picture, a mask or an accepted difference of another size, Error{Usage} for a
-    // region that no object or material is in, and as Session::Run does.
+    // Renders what the reference lacks, stores it in the cache after each doubling, and judges the picture.
+    // With a crop, the picture may be a whole one. Before anything is rendered it throws Error{BadInput} for
+    // a picture, a mask or an accepted difference of another size, and for a picture of colors of a view that
+    // paints values; Error{Usage} for a region that no object or material is in. Throws Error{Io} if it was
+    // stopped, and as Session::Run does. Calls of several Verify objects with one file of the cache wait for
+    // each other.
     VerifyResult Check(const Picture& picture, const CheckOptions& options = {});
+
+    // Returns the picture as it is compared, after a call of Check: the part that the crop has; and normals n
+    // as (n + coverage) / 2, as in a .png, with the coverage of the reference.
+    Picture AsJudged(const Picture& picture) const;
 
     // Returns a text that is another one for another reference: scene, map, settings, version.
     std::string Key() const;
