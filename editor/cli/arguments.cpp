@@ -156,6 +156,7 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
     AddPath(*explain, "--settings-from", "FILE.exr",
             "Take the settings of the picture, and its samples, from a render; given options override them",
             arguments.settingsFrom);
+    explain->add_flag("--cpu", arguments.request.isOnCpu, "Trace by the shaders compiled as C++");
     explain->add_flag("--json", arguments.isJson, "Print JSON");
     AddTracing(*explain, arguments.tracing);
     AddDevice(*explain, arguments.device);
@@ -167,7 +168,9 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
 void CheckExplain(const ExplainArguments& arguments) {
     CheckEnvironment(arguments.given, !arguments.environment.empty());
     const bool isRender = LowerExtension(arguments.scene) == ".exr";
-    if (isRender && (arguments.hasPixel || !arguments.given.empty() || !arguments.settingsFrom.empty()))
+    const bool isOfScene = arguments.hasPixel || arguments.request.isOnCpu || !arguments.given.empty() ||
+                           !arguments.settingsFrom.empty();
+    if (isRender && isOfScene)
         Reject(
             Text("explain {} takes no options of a scene: a pixel's paths are those of raygraph explain "
                  "SCENE --settings-from {} --pixel X,Y",

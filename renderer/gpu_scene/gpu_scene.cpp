@@ -8,7 +8,9 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "renderer/gpu_scene/deform/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/geometry/wide_set.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
 #include "renderer/gpu_scene/host_objects.h"
 #include "renderer/gpu_scene/instances/scene_objects.h"
@@ -273,6 +275,29 @@ const GpuSceneStatistics& GpuScene::Statistics() const {
 
 const SceneRevisions& GpuScene::Revisions() const {
     return m_impl->context.revisions;
+}
+
+SceneMemory GpuScene::Memory() const {
+    const SceneObjects& scene = *m_impl->scene;
+    SceneMemory memory;
+    const std::span<const InstanceSet::Placement> placements = scene.instances.Placements();
+    for (uint32_t i = 0; i < placements.size(); ++i) {
+        if (placements[i].group == InstanceSet::kNoGroup) continue;
+        if (!scene.instances.IsVisible(placements[i].instance)) continue;
+        const GroupResources& group = scene.geometry->groups[placements[i].group];
+        const auto triangles = static_cast<uint32_t>(group.triangleCount);
+        memory.placements.push_back({.record = i,
+                                     .primitives = group.kind.isRound ? group.capsuleCount : triangles,
+                                     .flags = WideFlagsOf(group.kind)});
+    }
+    for (const GroupResources& group : scene.geometry->groups)
+        if (group.streams) memory.streams.push_back(&group.streams);
+    if (scene.geometry->deform) memory.streams.push_back(&scene.geometry->deform->streams);
+    const TextureSet& textures = scene.materials->Textures();
+    for (uint32_t i = 0; i < textures.Size(); ++i)
+        if (textures.Exists(i))
+            memory.textures.push_back({textures.Slot(i), &textures.Image(i).Shown(), textures.SamplerOf(i)});
+    return memory;
 }
 
 bool GpuScene::IsSettled() const {

@@ -26,6 +26,7 @@
 #include "renderer/gpu_scene/lights/light_groups.h"
 #include "renderer/gpu_scene/lights/own_light.h"
 #include "renderer/gpu_scene/scene_ids.h"
+#include "renderer/gpu_scene/scene_memory.h"
 #include "renderer/gpu_scene/scene_statistics.h"
 #include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "renderer/gpu_scene/streaming/scene_upload.h"
@@ -307,6 +308,8 @@ class RAYGRAPH_API GpuScene {
     const GpuSceneStatistics& Statistics() const;
     // Edits are counted when they are made, even before a frame applies them.
     const SceneRevisions& Revisions() const;
+    // Describes what passes of the last frame read by address and by slot, for a copy of the scene.
+    SceneMemory Memory() const;
     // Returns whether structures and deformed vertices are up to date: another frame without an edit would
     // build, compact, deform and refit nothing. The device's structures are ignored if the last frame traced
     // by Raygraph's own BVHs alone.

@@ -3,17 +3,24 @@
 #ifndef RAYGRAPH_PATHTRACE_PATH_RECORDER_GLSL
 #define RAYGRAPH_PATHTRACE_PATH_RECORDER_GLSL
 
+#include "core/glue.h"
 #include "shared/path_record.h"
 
+#ifndef __cplusplus
 layout(set = 0, binding = 26, scalar) buffer PathRecords {  // starts with 0
     uint count;
     PathVertexRecord at[];
 } pathRecords;
+#endif
+
+SHADING_BEGIN
 
 // Values are kept here until the vertex is complete: a store at each place that records one would be most of
 // the program for Mesa's driver for CPUs.
-PathVertexRecord recorded;
-uint recordedVertex = 0u;
+PRIVATE PathVertexRecord recorded;
+PRIVATE uint recordedVertex = 0u;
+
+SHADING_END
 
 #define RECORDED          recorded
 #define RECORDED_LIGHT(i) pathRecords.at[recordedVertex].candidates[i]
@@ -21,26 +28,28 @@ uint recordedVertex = 0u;
 #include "core/record.glsl"
 #include "scene/light_bridge.glsl"
 
-// The values that a vertex starts with, by type.
-const uint kNo_uint = 0u;
-const uint kNo_PathIndex = kNoRecord;
-const float kNo_float = 0.0f;
-const vec2 kNo_vec2 = vec2(0.0f);
-const vec3 kNo_vec3 = vec3(0.0f);
+SHADING_BEGIN
 
-void StartVertexRecord() {
+// The values that a vertex starts with, by type.
+CONST uint kNo_uint = 0u;
+CONST uint kNo_PathIndex = kNoRecord;
+CONST float kNo_float = 0.0f;
+CONST vec2 kNo_vec2 = vec2(0.0f);
+CONST vec3 kNo_vec3 = vec3(0.0f);
+
+INLINE void StartVertexRecord() {
     recordedVertex = min(pathRecords.count, uint(pathRecords.at.length()) - 1u);
 #define RAYGRAPH_PATH_VALUE(type, name) recorded.name = kNo_##type;
 #include "shared/path_vertex_list.h"
 }
 
-void StoreVertexRecord() {
+INLINE void StoreVertexRecord() {
 #define RAYGRAPH_PATH_VALUE(type, name) pathRecords.at[recordedVertex].name = recorded.name;
 #include "shared/path_vertex_list.h"
     pathRecords.count = recordedVertex + 1u;
 }
 
-void RecordPlace(Hit hit) {
+INLINE void RecordPlace(Hit hit) {
     InstanceRecord instance = InstanceAt(hit.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
     Triangle triangle = WithTexCoords(TriangleAt(instance, hit.primitive, hit.barycentrics), geometry);
@@ -52,7 +61,7 @@ void RecordPlace(Hit hit) {
     RECORD(uv1, triangle.uv1);
 }
 
-void RecordSource(uint candidate, uint light, uint triangle) {
+INLINE void RecordSource(uint candidate, uint light, uint triangle) {
     uint kind = kPathLightNone, instance = kNoRecord, material = kNoRecord;
     if (light == LightSet().lightCount) {
         kind = kPathLightEnvironment;
@@ -73,5 +82,7 @@ void RecordSource(uint candidate, uint light, uint triangle) {
     RECORD_LIGHT(candidate, instance, instance);
     RECORD_LIGHT(candidate, material, material);
 }
+
+SHADING_END
 
 #endif

@@ -5,7 +5,9 @@
 
 #include "scene/pixel_list.glsl"
 
-PathSettings SettingsOf(TraceParameters from) {
+SHADING_BEGIN
+
+INLINE PathSettings SettingsOf(TraceParameters from) {
     PathSettings settings;
     settings.maxDepth = from.maxDepth;
     settings.rouletteStart = from.rouletteStart;
@@ -16,33 +18,33 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
-uint ListIndexOf(uvec2 texel) {
+INLINE uint ListIndexOf(uvec2 texel) {
     return texel.y % parameters.value.sampleRows * parameters.value.pixelListWidth + texel.x;
 }
-ListedPixel ListedAt(uvec2 texel) {
+INLINE ListedPixel ListedAt(uvec2 texel) {
     return PixelListStream(parameters.value.pixelList).at[ListIndexOf(texel)];
 }
 
 // Returns whether a texel fills up the rows of a list, and is of no pixel: it is not traced.
-bool IsPastListEnd(uvec2 texel) {
+INLINE bool IsPastListEnd(uvec2 texel) {
     return HasTraceFeature(kTracePixelList) && ListIndexOf(texel) >= parameters.value.pixelListCount;
 }
 
 // Returns the pixel of the picture that a texel of the outputs is of: they hold one sample below the other.
-uvec2 PixelOf(uvec2 texel) {
+INLINE uvec2 PixelOf(uvec2 texel) {
     uvec2 inRegion = uvec2(texel.x, texel.y % parameters.value.sampleRows);
     if (HasTraceFeature(kTracePixelList)) inRegion = PixelOf(ListedAt(texel));
     return inRegion + parameters.value.regionOffset;
 }
 
 // Returns the random numbers of a texel.
-Sampler RngOf(uvec2 texel) {
+INLINE Sampler RngOf(uvec2 texel) {
     uint sampleIndex = parameters.value.sampleIndex + texel.y / parameters.value.sampleRows;
     if (HasTraceFeature(kTracePixelList)) sampleIndex += ListedAt(texel).sampleIndex;
     return StartPixelSample(PixelOf(texel), sampleIndex, parameters.value.seed);
 }
 
-PathState PathOf(uvec2 texel) {
+INLINE PathState PathOf(uvec2 texel) {
     Sampler rng = RngOf(texel);
     vec2 film = (vec2(PixelOf(texel)) + Get2D(rng)) / vec2(parameters.value.pictureSize);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
@@ -50,5 +52,7 @@ PathState PathOf(uvec2 texel) {
         ray.cone = PixelCone(parameters.value.camera, parameters.value.pictureSize, ray.direction);
     return StartPath(ray, rng);
 }
+
+SHADING_END
 
 #endif

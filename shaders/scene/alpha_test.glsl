@@ -6,21 +6,23 @@
 #include "core/rng.glsl"
 #include "scene/material_textures.glsl"
 
+SHADING_BEGIN
+
 // Materials whose back faces are culled, as IsBackCulled of renderer/scene.
-bool IsBackCulled(MaterialRecord material) {
+INLINE bool IsBackCulled(MaterialRecord material) {
     return (material.flags & kMaterialTwoSided) == 0u;
 }
 
 // Hit kinds of triangles are 0xFE and 0xFF; those of capsules (capsule.rint) likewise tell sides by the
 // last bit.
-bool IsBackFaceHit(uint hitKind) { return (hitKind & 1u) != 0u; }
+INLINE bool IsBackFaceHit(uint hitKind) { return (hitKind & 1u) != 0u; }
 
 // The alpha seed of rays that BLEND surfaces stop where they are rather opaque, instead of by chance.
-const uint kAlphaSeedOfMost = 0xFFFFFFFFu;
+CONST uint kAlphaSeedOfMost = 0xFFFFFFFFu;
 
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
-bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
+INLINE bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
     InstanceRecord instance = InstanceAt(instanceIndex);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, primitive)];
     MaterialRecord material = materials.at[geometry.material];
@@ -33,5 +35,7 @@ bool StopsRay(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentr
     float threshold = alphaSeed == kAlphaSeedOfMost ? 0.5f : AlphaTestSample(alphaSeed, number);
     return threshold < opacity;
 }
+
+SHADING_END
 
 #endif

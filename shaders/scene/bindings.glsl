@@ -1,7 +1,11 @@
 // The scene's bindings in set 0 and its textures in set 1, the same in every pass that traces it.
 // C++ side: passes/scene_bindings.h. Shaders of other pipelines than ray-tracing ones define NO_TLAS.
+// Compiled as C++, this is nothing: includers of text that needs it declare these names beforehand, as
+// editor/session/cpu/bindings.h.
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
+
+#ifndef __cplusplus
 
 #include "scene/words.glsl"
 #include "shared/light_records.h"
@@ -77,5 +81,7 @@ InstanceRecord InstanceAt(uint index) {
 }
 
 bool IsPresent(uvec2 address) { return (address.x | address.y) != 0u; }
+
+#endif  // __cplusplus
 
 #endif

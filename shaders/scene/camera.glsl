@@ -6,10 +6,12 @@
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
 
+SHADING_BEGIN
+
 // film: (0, 0) is the upper left corner of the picture, (1, 1) the lower right. lens: uniform in the unit
 // square, a point of the thin lens; ignored without a lens. Kolb, Mitchell and Hanrahan 1995, "A Realistic
 // Camera Model for Computer Graphics", section 2.
-Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
+INLINE Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     vec3 offset = (2.0f * film.x - 1.0f) * camera.right + (1.0f - 2.0f * film.y) * camera.up;
     Ray ray;
     ray.cone = MakeCone(0.0f, 0.0f);
@@ -32,11 +34,13 @@ Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
 
 // Returns the cone of a pixel of a picture of that size, in a camera ray's direction. A lens does not widen
 // it: each of its points sees the scene through a cone of its own.
-RayCone PixelCone(CameraRecord camera, uvec2 pictureSize, vec3 direction) {
+INLINE RayCone PixelCone(CameraRecord camera, uvec2 pictureSize, vec3 direction) {
     float film = 4.0f * length(camera.right) * length(camera.up);
     float width = sqrt(film / (float(pictureSize.x) * float(pictureSize.y)));
     if (camera.orthographic != 0u) return MakeCone(width, 0.0f);
     return PerspectiveCone(width, max(dot(direction, camera.forward), 0.0f));
 }
+
+SHADING_END
 
 #endif

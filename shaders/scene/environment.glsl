@@ -5,13 +5,17 @@
 #include "core/equirect.glsl"
 #include "scene/bindings.glsl"
 
-vec3 EnvironmentRadiance(vec3 direction) {
+SHADING_BEGIN
+
+INLINE vec3 EnvironmentRadiance(vec3 direction) {
     EnvironmentRecord environment = parameters.value.environment;
     vec3 radiance = environment.radiance;
     if (environment.hasMap != 0u)
         radiance *=
-            textureLod(environmentMap, EquirectFromDirection(direction, environment.rotation), 0.0f).xyz;
+            vec3(textureLod(environmentMap, EquirectFromDirection(direction, environment.rotation), 0.0f));
     return radiance;
 }
+
+SHADING_END
 
 #endif

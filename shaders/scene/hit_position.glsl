@@ -6,7 +6,9 @@
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
 
-vec3 ObjectPositionOf(InstanceRecord instance, Hit hit) {
+SHADING_BEGIN
+
+INLINE vec3 ObjectPositionOf(InstanceRecord instance, Hit hit) {
     if (IsRound(instance))
         return CapsulePointAt(CapsuleAt(instance, hit.primitive), hit.barycentrics).position;
     UintStream indices = UintStream(instance.indices);
@@ -16,5 +18,7 @@ vec3 ObjectPositionOf(InstanceRecord instance, Hit hit) {
     return p0 + hit.barycentrics.x * (positions.at[indices.at[first + 1u]] - p0) +
            hit.barycentrics.y * (positions.at[indices.at[first + 2u]] - p0);
 }
+
+SHADING_END
 
 #endif

@@ -5,8 +5,14 @@
 #include "scene/environment.glsl"
 #include "scene/material_textures.glsl"
 
-LightSetRecord LightSet() { return parameters.value.lights; }
-LightRecord LightAt(uint index) {
+SHADING_BEGIN
+
+INLINE LightSetRecord LightSet() { return parameters.value.lights; }
+#ifdef __cplusplus
+INLINE LightRecord LightAt(uint index) { return lights.at[index]; }
+INLINE LightNode LightNodeAt(uint index) { return lightNodes.at[index]; }
+#else
+INLINE LightRecord LightAt(uint index) {
     Words words = Words(lights);
     uint first = 4u * index;
     uvec4 a = HalvesOf(words.at[first]);
@@ -26,7 +32,7 @@ LightRecord LightAt(uint index) {
     record.spotOffsetOrClearance = uintBitsToFloat(d.w);
     return record;
 }
-LightNode LightNodeAt(uint index) {
+INLINE LightNode LightNodeAt(uint index) {
     Words words = Words(lightNodes);
     uint first = 3u * index;
     uvec4 a = HalvesOf(words.at[first]);
@@ -41,20 +47,25 @@ LightNode LightNodeAt(uint index) {
     record.cones = c.w;
     return record;
 }
-AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
-LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
-mat4x3 LightPlacement(uint index) { return InstanceAt(index).objectToWorld; }
-float LightProfileAt(uint index) { return lightProfiles.at[index]; }
-EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentTable.at[index]; }
-uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
+#endif
+INLINE AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
+INLINE LightMeshRecord LightMeshAt(uint index) { return lightMeshes.at[index]; }
+INLINE mat4x3 LightPlacement(uint index) { return InstanceAt(index).objectToWorld; }
+INLINE float LightProfileAt(uint index) { return lightProfiles.at[index]; }
+INLINE EnvironmentEntry EnvironmentEntryAt(uint index) { return environmentTable.at[index]; }
+INLINE uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
+
+SHADING_END
 
 #include "bxdf/clearcoat.glsl"
 #include "scene/surface.glsl"
 
+SHADING_BEGIN
+
 // Returns the properties of a triangle that EmissionTransmittance needs, as SurfaceAt has them for a ray from
 // the viewer.
-SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                          Triangle triangle, vec3 toViewer) {
+INLINE SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                                 Triangle triangle, vec3 toViewer) {
     SurfaceInteraction surface;
     surface.material.clearcoat =
         material.clearcoat * SampleTexture(TEXTURE_OF(material, clearcoat), geometry, triangle).x;
@@ -74,7 +85,7 @@ SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, Mate
 
 // Returns the mean radiance of rays to a point of a light triangle: partly transparent ones let some rays
 // pass. It is the same in all directions, except under a clear coat.
-vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
+INLINE vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = InstanceAt(light.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];
     MaterialRecord material = materials.at[geometry.material];
@@ -87,5 +98,7 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
         emission *= Opacity(geometry, material, triangle);
     return emission;
 }
+
+SHADING_END
 
 #endif

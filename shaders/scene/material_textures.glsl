@@ -7,6 +7,8 @@
 #include "scene/bindings.glsl"
 #include "shared/choice.h"
 
+SHADING_BEGIN
+
 // With the part of it that is seen, if kTraceTextureLod is set: nothing, that is level 0 of all textures,
 // until SurfaceAt says more. Alpha tests and sampled lights stay at level 0: a threshold of a mean is no mean
 // of the outcomes, and of a chance the noise does not depend on the level.
@@ -22,7 +24,7 @@ struct Triangle {
 };
 
 // Index of the GeometryRecord that a triangle belongs to.
-uint GeometryIndex(InstanceRecord instance, uint primitive) {
+INLINE uint GeometryIndex(InstanceRecord instance, uint primitive) {
     uint geometry = instance.firstGeometry;
     if (IsPresent(instance.triangleGeometries))
         geometry += UintStream(instance.triangleGeometries).at[primitive];
@@ -30,17 +32,17 @@ uint GeometryIndex(InstanceRecord instance, uint primitive) {
 }
 
 // Returns whether the primitives of an instance are capsules.
-bool IsRound(InstanceRecord instance) {
+INLINE bool IsRound(InstanceRecord instance) {
     return HasTraceFeature(kTraceCapsules) && !IsPresent(instance.indices);
 }
 
-CapsuleRecord CapsuleAt(InstanceRecord instance, uint primitive) {
+INLINE CapsuleRecord CapsuleAt(InstanceRecord instance, uint primitive) {
     return CapsuleStream(instance.positions).at[primitive];
 }
 
 // Returns the segment of a capsule, as a triangle without a third vertex; `place` takes the place of
 // barycentrics. Its textures are read at level 0.
-Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
+INLINE Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
     float along = clamp(place.y, 0.0f, 1.0f);
     Triangle segment;
     segment.vertices = uvec3(capsule.first, capsule.second, capsule.second);
@@ -54,7 +56,7 @@ Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
     return segment;
 }
 
-Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) {
+INLINE Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) {
     if (IsRound(instance)) return SegmentAt(CapsuleAt(instance, primitive), barycentrics);
     UintStream indices = UintStream(instance.indices);
     uint first = 3u * primitive;
@@ -70,29 +72,29 @@ Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) 
     return triangle;
 }
 
-vec2 WeightedSumVec2(Vec2Stream values, uvec3 vertices, vec3 weights) {
+INLINE vec2 WeightedSumVec2(Vec2Stream values, uvec3 vertices, vec3 weights) {
     return weights.x * values.at[vertices.x] + weights.y * values.at[vertices.y] +
            weights.z * values.at[vertices.z];
 }
 
-vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
+INLINE vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
     return WeightedSumVec2(values, triangle.vertices, triangle.weights);
 }
 
-vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
+INLINE vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
     return triangle.weights.x * values.at[triangle.vertices.x] +
            triangle.weights.y * values.at[triangle.vertices.y] +
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
-vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
+INLINE vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
     return triangle.weights.x * values.at[triangle.vertices.x] +
            triangle.weights.y * values.at[triangle.vertices.y] +
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
 // 0 in a set that the geometry has not.
-Triangle WithTexCoords(Triangle triangle, GeometryRecord geometry) {
+INLINE Triangle WithTexCoords(Triangle triangle, GeometryRecord geometry) {
     triangle.uv0 = vec2(0.0f);
     triangle.uv1 = vec2(0.0f);
     if (!HasTraceFeature(kTraceTextures)) return triangle;
@@ -105,7 +107,7 @@ Triangle WithTexCoords(Triangle triangle, GeometryRecord geometry) {
 #define TEXTURE_OF(material, name) material.name##Texture, material.name##Transform
 
 // Reads a texture, at the level of what the ray or the pixel sees of it.
-vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle triangle) {
+INLINE vec4 ReadTexture(uint slot, mat3x2 transform, Address stream, vec2 uv, Triangle triangle) {
     uint index = slot & ~kSecondTexCoord;
     if (!HasTraceFeature(kTraceTextureLod)) return textureLod(textures[nonuniformEXT(index)], uv, 0.0f);
 #ifdef PIXEL_FOOTPRINT
@@ -130,16 +132,16 @@ vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle tr
 }
 
 // Samples a texture of a material at the triangle's texture coordinates; returns white where it has none.
-vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
+INLINE vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
     if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
     bool isSecond = (slot & kSecondTexCoord) != 0u;
-    uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
+    Address stream = isSecond ? geometry.uv1 : geometry.uv0;
     vec2 uv = isSecond ? triangle.uv1 : triangle.uv0;
     if (HasTraceFeature(kTraceTextureTransforms)) uv = transform * vec3(uv, 1.0f);
     return ReadTexture(slot, transform, stream, uv, triangle);
 }
 
-vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+INLINE vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec4 color = material.baseColor * SampleTexture(TEXTURE_OF(material, baseColor), geometry, triangle);
     if (HasTraceFeature(kTraceVertexColors) && IsPresent(geometry.colors))
         color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
@@ -147,18 +149,20 @@ vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triang
 }
 
 // Returns the share of rays that a surface stops.
-float Opacity(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+INLINE float Opacity(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     if (material.alphaMode == kAlphaOpaque) return 1.0f;
     float alpha = BaseColor(geometry, material, triangle).w;
     return material.alphaMode == kAlphaMask ? float(alpha >= material.alphaCutoff) : alpha;
 }
 
 // Radiance that a surface emits.
-vec3 EmissionAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+INLINE vec3 EmissionAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 emission = material.emission;
     if (material.emissiveTexture != kNoTexture)
-        emission *= SampleTexture(TEXTURE_OF(material, emissive), geometry, triangle).xyz;
+        emission *= vec3(SampleTexture(TEXTURE_OF(material, emissive), geometry, triangle));
     return emission;
 }
+
+SHADING_END
 
 #endif

@@ -4,6 +4,8 @@
 
 #include "scene/ray.glsl"
 
+SHADING_BEGIN
+
 struct RadiancePayload {  // 24 bytes
     Hit hit;
     uint alphaSeed;
@@ -17,6 +19,8 @@ struct ShadowPayload {   // 24 bytes
     uint alphaSeed;
 };
 
-const float kShadowRayArrived = -2.0f;
+CONST float kShadowRayArrived = -2.0f;
+
+SHADING_END
 
 #endif

@@ -1,5 +1,9 @@
 // Tracing by the scene's own trees (shared/wide_bvh.h), in any kind of shader: what scene/trace_rays.glsl is
-// made of where SOFTWARE_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone.
+// made of where SOFTWARE_TRAVERSAL is defined. What any-hit shaders do is done here. Triangles alone;
+// compiled as C++, also capsules, by
+//     WideHit HitOrCapsule(vec3 origin, vec3 direction, float tMax, bool isAny, WideHit hit)
+//         which returns `hit`, or that of a capsule that is nearer
+// of the bridge, which then also has the functions that scene/wide_bvh.glsl asks for, but for IsAccepted.
 #ifndef RAYGRAPH_SCENE_SOFTWARE_TRAVERSAL_GLSL
 #define RAYGRAPH_SCENE_SOFTWARE_TRAVERSAL_GLSL
 
@@ -10,6 +14,7 @@
 #endif
 #include "shared/wide_bvh.h"
 
+#ifndef __cplusplus
 layout(set = 0, binding = 6, scalar) uniform WideTables {
     Words wideNodes;
     Words wideTriangles;
@@ -25,15 +30,18 @@ uvec4 WideInstanceWord(uint at) { return HalvesOf(wideInstances.at[at]); }
 uvec2 groupStack[kWideStackSize];
 void PushGroup(uint at, uvec2 group) { groupStack[at] = group; }
 uvec2 GroupAt(uint at) { return groupStack[at]; }
-
-// The seed of the ray that is traced.
-uint ownAlphaSeed;
-#ifdef TRACES_SHADOW_RAYS
-ShadowPayload ownShadow;
-Ray ownShadowRay;
 #endif
 
-Hit HitOf(WideHit from) {
+SHADING_BEGIN
+
+// The seed of the ray that is traced.
+PRIVATE uint ownAlphaSeed;
+#ifdef TRACES_SHADOW_RAYS
+PRIVATE ShadowPayload ownShadow;
+PRIVATE Ray ownShadowRay;
+#endif
+
+INLINE Hit HitOf(WideHit from) {
     Hit hit;
     hit.t = from.t;
     hit.instance = from.instance;
@@ -42,7 +50,7 @@ Hit HitOf(WideHit from) {
     return hit;
 }
 
-bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
+INLINE bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
 #ifdef TRACES_SHADOW_RAYS
     // Thin walls are opaque to other rays. The feature comes first: without it nothing of this is compiled
     if (HasTraceFeature(kTraceThinWalls)) {
@@ -55,23 +63,34 @@ bool IsAccepted(WideHit hit, bool isBack, bool isAny) {
     return StopsRay(ownAlphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack);
 }
 
+SHADING_END
+
 #include "scene/wide_bvh.glsl"
+
+SHADING_BEGIN
 
 // Returns the nearest surface up to a distance; `terminateOnFirstHit`: any, of which only whether there is
 // one counts.
-Hit HitWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
+INLINE Hit HitWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
     WideCounts counts;  // nobody asks for them
     counts.nodes = 0u;
     counts.triangles = 0u;
     counts.instances = 0u;
     ownAlphaSeed = alphaSeed;
+#ifdef __cplusplus
+    WideHit hit = TraverseWide(ray.origin, ray.direction, distance, terminateOnFirstHit, false, counts);
+    if (HasTraceFeature(kTraceCapsules))
+        hit = HitOrCapsule(ray.origin, ray.direction, distance, terminateOnFirstHit, hit);
+    return HitOf(hit);
+#else
     return HitOf(
         TraverseWide(ray.origin, ray.direction, distance, terminateOnFirstHit, kWideLevels == 1u, counts));
+#endif
 }
 
 #ifdef TRACES_SHADOW_RAYS
 // Returns ShadowTransmittance of scene/trace_rays.glsl.
-vec3 TransmittanceUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
+INLINE vec3 TransmittanceUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
     if (HasTraceFeature(kTraceThinWalls)) {
         ownShadowRay = ray;
         ownShadow.passed = vec3(1.0f);
@@ -84,5 +103,7 @@ vec3 TransmittanceUpTo(Ray ray, float distance, float ior, uint alphaSeed) {
     return vec3(isFree ? 1.0f : 0.0f);
 }
 #endif
+
+SHADING_END
 
 #endif

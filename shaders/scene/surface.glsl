@@ -8,9 +8,11 @@
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
 
+SHADING_BEGIN
+
 // Carries an object-space normal to world space by the cofactors of the transform, which are its inverse
 // transpose times the determinant: a mirroring transform must not flip the side.
-vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
+INLINE vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     vec3 x = objectToWorld[0];
     vec3 y = objectToWorld[1];
     vec3 z = objectToWorld[2];
@@ -21,19 +23,19 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
 
 // Returns the unit normal of a triangle with those edges, on its front. A degenerate triangle, which has no
 // normal of its own, faces the viewer.
-vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
+INLINE vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
     return UnitOr(NormalToWorld(instance.objectToWorld, cross(e1, e2)), wo);
 }
 
 // Returns whether the transform keeps the directions of the coordinate axes: it only translates, or scales by
 // positive factors.
-bool PreservesAxes(mat3x2 transform) {
+INLINE bool PreservesAxes(mat3x2 transform) {
     return transform[0].y == 0.0f && transform[1].x == 0.0f && transform[0].x > 0.0f && transform[1].y > 0.0f;
 }
 
 // Returns a vertex's tangent along the texture coordinate set that the stored ones are not made along.
-vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
-    vec3 tangent = Vec4Stream(geometry.tangents).at[vertex].xyz;
+INLINE vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
+    vec3 tangent = vec3(Vec4Stream(geometry.tangents).at[vertex]);
     vec2 turn = Vec2Stream(geometry.frameTurns).at[vertex];
     return turn.x * tangent + turn.y * cross(Vec3Stream(geometry.normals).at[vertex], tangent);
 }
@@ -43,15 +45,15 @@ vec3 OtherTangentOf(GeometryRecord geometry, uint vertex) {
 // if they were given for all maps, or made along the texture coordinate set by which the map is read. The
 // frame of the other set comes from frameTurns or else from the triangle. A texture transform turns it within
 // the surface. e1 and e2 are the triangle's edges after deformation.
-vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2,
-               vec3 n) {
+INLINE vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle triangle, vec3 e1,
+                      vec3 e2, vec3 n) {
     vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
     if (!HasTraceFeature(kTraceTextureTransforms) || map == kNoTexture) return tangent;
     if (geometry.tangentSet == kTangentsOfAllMaps) return tangent;
     bool isSecond = (map & kSecondTexCoord) != 0u;
     bool isSameSet = geometry.tangentSet == (isSecond ? kTangentsOfSecondSet : kTangentsOfFirstSet);
     bool isTurned = !PreservesAxes(transform);
-    uvec2 stream = isSecond ? geometry.uv1 : geometry.uv0;
+    Address stream = isSecond ? geometry.uv1 : geometry.uv0;
     if ((isSameSet && !isTurned) || !IsPresent(stream)) return tangent;
     Vec2Stream values = Vec2Stream(stream);
     vec2 first = values.at[triangle.vertices.x];
@@ -62,10 +64,10 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
     bool hasFrame = ofTriangle.w != 0.0f;
     if (!isSameSet && IsPresent(geometry.frameTurns)) {
         // Interpolated as MikkTSpace's are: turn and tangent, each interpolated, have another product
-        tangent.xyz = triangle.weights.x * OtherTangentOf(geometry, triangle.vertices.x) +
-                      triangle.weights.y * OtherTangentOf(geometry, triangle.vertices.y) +
-                      triangle.weights.z * OtherTangentOf(geometry, triangle.vertices.z);
-        if (hasFrame) tangent.w = ofTriangle.w;
+        vec3 other = triangle.weights.x * OtherTangentOf(geometry, triangle.vertices.x) +
+                     triangle.weights.y * OtherTangentOf(geometry, triangle.vertices.y) +
+                     triangle.weights.z * OtherTangentOf(geometry, triangle.vertices.z);
+        tangent = vec4(other, hasFrame ? ofTriangle.w : tangent.w);
     } else if (!isSameSet && hasFrame) {
         tangent = ofTriangle;
     }
@@ -76,34 +78,35 @@ vec4 TangentOf(uint map, mat3x2 transform, GeometryRecord geometry, Triangle tri
 
 // Returns the normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit
 // length. e1 and e2 are the triangle's edges, in object space.
-vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform, float scale,
-              Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
+INLINE vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform,
+                     float scale, Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     if (HasTraceFeature(kTraceTextures) && map != kNoTexture && IsPresent(geometry.tangents)) {
         vec4 tangent = TangentOf(map, transform, geometry, triangle, e1, e2, n);
-        vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
+        vec3 bend = 2.0f * vec3(SampleTexture(map, transform, geometry, triangle)) - 1.0f;
         // Blocks of two channels have no blue: z of a unit vector that points up
-        if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(bend.xy, bend.xy), 0.0f));
-        bend.xy *= scale;
+        if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(vec2(bend), vec2(bend)), 0.0f));
+        bend.x *= scale;
+        bend.y *= scale;
         // The bitangent is computed in object space, where the file's tangent frame is orthogonal. A normal
         // is transformed to world space by the inverse transpose, however it was computed
-        vec3 bitangent = cross(n, tangent.xyz) * tangent.w;
-        vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
+        vec3 bitangent = cross(n, vec3(tangent)) * tangent.w;
+        vec3 bent = bend.x * vec3(tangent) + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
     }
     return UnitOr(NormalToWorld(instance.objectToWorld, n), ng);
 }
 
-vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                     Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
+INLINE vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                            Triangle triangle, vec3 e1, vec3 e2, vec3 ng) {
     return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, e1, e2,
                     ng);
 }
 
 // Returns the clear coat's normal, on the side of wo, as `ng` is.
-vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                  Triangle triangle, vec3 e1, vec3 e2, vec3 ng, bool isFront, vec3 wo) {
+INLINE vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                         Triangle triangle, vec3 e1, vec3 e2, vec3 ng, bool isFront, vec3 wo) {
     vec3 n = NormalAt(instance, geometry, TEXTURE_OF(material, clearcoatNormal),
                       material.clearcoatNormalScale, triangle, e1, e2, isFront ? ng : -ng);
     return AdaptShadingNormal(isFront ? n : -n, ng, wo);
@@ -111,11 +114,12 @@ vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialReco
 
 // Returns the direction in which highlights are stretched (xy, in the frame of StretchToWorld) and its
 // strength (z).
-vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+INLINE vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 read = vec3(1.0f, 0.0f, 1.0f);
     if (HasTraceFeature(kTraceTextures) && material.anisotropyTexture != kNoTexture) {
-        read = SampleTexture(TEXTURE_OF(material, anisotropy), geometry, triangle).xyz;
-        read.xy = 2.0f * read.xy - 1.0f;
+        read = vec3(SampleTexture(TEXTURE_OF(material, anisotropy), geometry, triangle));
+        read.x = 2.0f * read.x - 1.0f;
+        read.y = 2.0f * read.y - 1.0f;
     }
     float c = cos(material.anisotropyRotation);
     float s = sin(material.anisotropyRotation);
@@ -126,8 +130,8 @@ vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle tri
 // one, of the normal map. It is tangent to the surface, so no inverse transpose is needed. Meshes without
 // tangents use a tangent around their y axis; if they have no normals either, cross(e1, e2) is their
 // direction.
-vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                    Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
+INLINE vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                           Triangle triangle, vec3 e1, vec3 e2, vec2 direction) {
     vec3 n = cross(e1, e2);
     if (IsPresent(geometry.normals)) n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     n = UnitOr(n, vec3(0.0f));
@@ -138,13 +142,13 @@ vec3 StretchToWorld(InstanceRecord instance, GeometryRecord geometry, MaterialRe
         tangent = TangentOf(TEXTURE_OF(material, normal), geometry, triangle, e1, e2, n);
     else if (abs(n.y) > 0.9999f)
         tangent = vec4(1.0f, 0.0f, 0.0f, 1.0f);
-    vec3 bitangent = tangent.w * cross(n, tangent.xyz);
-    return mat3(instance.objectToWorld) * (direction.x * tangent.xyz + direction.y * bitangent);
+    vec3 bitangent = tangent.w * cross(n, vec3(tangent));
+    return mat3(instance.objectToWorld) * (direction.x * vec3(tangent) + direction.y * bitangent);
 }
 
 // KHR_materials_scatter of a surface that bounds no medium (of others scatterStrength is 0): that share of
 // what it would transmit belongs to its opaque base instead, of which it is the part that passes diffusely.
-void ApplyThinScattering(inout SurfaceMaterial material) {
+INLINE void ApplyThinScattering(INOUT(SurfaceMaterial) material) {
     float scattered = material.transmission * material.scatterStrength;
     material.scatterStrength = scattered;
     if (!(scattered > 0.0f)) return;
@@ -153,15 +157,15 @@ void ApplyThinScattering(inout SurfaceMaterial material) {
     material.diffuseTransmissionColor = material.scatterColor;
 }
 
-SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+INLINE SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     SurfaceMaterial result;
-    result.baseColor = BaseColor(geometry, material, triangle).xyz;
+    result.baseColor = vec3(BaseColor(geometry, material, triangle));
     vec4 metallicRoughness = SampleTexture(TEXTURE_OF(material, metallicRoughness), geometry, triangle);
     result.metallic = material.metallic * metallicRoughness.z;
     result.roughness = material.roughness * metallicRoughness.y;
     result.specular = material.specular * SampleTexture(TEXTURE_OF(material, specular), geometry, triangle).w;
     vec4 specularColor = SampleTexture(TEXTURE_OF(material, specularColor), geometry, triangle);
-    result.specularColor = material.specularColor * specularColor.xyz;
+    result.specularColor = material.specularColor * vec3(specularColor);
     if (HasTraceFeature(kTraceTextures) && (material.flags & kMaterialGlossiness) != 0u)
         result.roughness = 1.0f - (1.0f - material.roughness) * specularColor.w;
     result.ior = material.ior;
@@ -173,8 +177,8 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
                 SampleTexture(TEXTURE_OF(material, iridescenceThickness), geometry, triangle).y);
 #define RAYGRAPH_MATERIAL_FACTOR(type, name, object, key, channels, space, feature, quantity)        \
     if (HasTraceFeature(kTrace##feature))                                                            \
-        result.name =                                                                                \
-            material.name * SampleTexture(TEXTURE_OF(material, name), geometry, triangle).channels;
+        result.name = material.name *                                                                \
+                      CHANNELS_OF(SampleTexture(TEXTURE_OF(material, name), geometry, triangle), channels);
 #define RAYGRAPH_MATERIAL_NUMBER(type, name, field, object, key, feature, quantity) \
     if (HasTraceFeature(kTrace##feature)) result.name = material.name;
 #include "shared/material_list.h"
@@ -185,7 +189,7 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
 }
 
 // Returns twice the area of a triangle in a set of texture coordinates.
-float UvArea(uvec2 stream, Triangle triangle) {
+INLINE float UvArea(Address stream, Triangle triangle) {
     if (!IsPresent(stream)) return 0.0f;
     Vec2Stream values = Vec2Stream(stream);
     vec2 first = values.at[triangle.vertices.x];
@@ -196,8 +200,8 @@ float UvArea(uvec2 stream, Triangle triangle) {
 
 #ifndef PIXEL_FOOTPRINT
 // Finds the part of a triangle with those edges that the ray's cone covers, for kTraceTextureLod.
-void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
-                   vec3 e1, vec3 e2, Ray ray, float t) {
+INLINE void FindFootprint(INOUT(Triangle) triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
+                          vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
     float inverse = InverseLength(normal);  // 1 / twice the triangle's area
     if (inverse == 0.0f) return;
@@ -208,8 +212,8 @@ void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRec
 #endif
 
 // Returns the curvature of the surface that the vertex normals describe, on the front; in world space.
-float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 e1,
-                  vec3 e2) {
+INLINE float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Triangle triangle,
+                         vec3 e1, vec3 e2) {
     float curvature = 0.0f;
     if (IsRound(instance)) {
         curvature = CapsuleCurvature(CapsuleAt(instance, hit.primitive), hit.barycentrics);
@@ -226,7 +230,7 @@ float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Tri
 }
 
 // `ordinal`: of a mesh that is one light, the triangle within it.
-uint LightOf(InstanceRecord instance, uint primitive, out uint ordinal) {
+INLINE uint LightOf(InstanceRecord instance, uint primitive, OUT(uint) ordinal) {
     ordinal = 0u;
     if (!IsPresent(instance.triangleLights)) return kNoLight;
     ordinal = UintStream(instance.triangleLights).at[primitive];
@@ -236,7 +240,7 @@ uint LightOf(InstanceRecord instance, uint primitive, out uint ordinal) {
     return instance.firstLight + ordinal;
 }
 
-Medium MediumAt(uint material) {
+INLINE Medium MediumAt(uint material) {
     Medium medium;
     medium.extinction = materials.at[material].extinction;
     if (HasTraceFeature(kTraceScattering)) {
@@ -252,8 +256,8 @@ Medium MediumAt(uint material) {
 // For kTraceShadowTerminator: treats the surface as the curved one that its vertex normals describe, so that
 // grazing light ends where the curve turns away and not at the edge of a triangle. Not for transmissive
 // surfaces: a ray that starts above the triangle would enter twice.
-void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, GeometryRecord geometry,
-                 Triangle triangle, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 wo) {
+INLINE void BendSurface(INOUT(SurfaceInteraction) surface, InstanceRecord instance, GeometryRecord geometry,
+                        Triangle triangle, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 wo) {
     if (!IsPresent(geometry.normals) || surface.material.transmission > 0.0f) return;
     if (HasTraceFeature(kTraceDiffuseTransmission) && surface.material.diffuseTransmission > 0.0f) return;
     if ((surface.material.flags & kMaterialVolume) != 0u) return;
@@ -277,7 +281,7 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
 
 // A point of a capsule, with two directions from it along the surface. They are as long as the capsule: the
 // distances that IntersectCapsule takes are rounded in proportion, which RayClearance of them then covers.
-void TangentPlaneAt(CapsuleRecord capsule, vec2 place, out vec3 p, out vec3 e1, out vec3 e2) {
+INLINE void TangentPlaneAt(CapsuleRecord capsule, vec2 place, OUT(vec3) p, OUT(vec3) e1, OUT(vec3) e2) {
     CapsulePoint point = CapsulePointAt(capsule, place);
     Frame frame = FrameFromZ(point.normal);
     float extent = length(capsule.p1 - capsule.p0) + capsule.radius;
@@ -287,7 +291,7 @@ void TangentPlaneAt(CapsuleRecord capsule, vec2 place, out vec3 p, out vec3 e1, 
 }
 
 // `ray` is the ray that found the hit.
-SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
+INLINE SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = InstanceAt(hit.instance);
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
     MaterialRecord material = materials.at[geometry.material];
@@ -341,13 +345,16 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
         vec3 anisotropy = AnisotropyAt(geometry, material, triangle);
         surface.material.anisotropy = anisotropy.z;
         surface.stretch = vec3(0.0f);
+        vec2 direction = vec2(anisotropy);
         if (anisotropy.z > 0.0f)
-            surface.stretch = StretchToWorld(instance, geometry, material, triangle, e1, e2, anisotropy.xy);
+            surface.stretch = StretchToWorld(instance, geometry, material, triangle, e1, e2, direction);
     }
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     if (HasTraceFeature(kTraceShadowTerminator))
         BendSurface(surface, instance, geometry, triangle, p, p0, p0 + e1, p0 + e2, -ray.direction);
     return surface;
 }
+
+SHADING_END
 
 #endif

@@ -14,22 +14,30 @@
 #include "scene/payloads.glsl"
 #include "shared/ray_types.h"
 
-const float kFarthest = 3.0e38f;
+SHADING_BEGIN
+
+CONST float kFarthest = 3.0e38f;
+
+SHADING_END
 
 #ifdef SOFTWARE_TRAVERSAL
 #include "scene/software_traversal.glsl"
 
-Hit Intersect(Ray ray, uint alphaSeed) { return HitWithin(ray, kFarthest, false, alphaSeed); }
+SHADING_BEGIN
+
+INLINE Hit Intersect(Ray ray, uint alphaSeed) { return HitWithin(ray, kFarthest, false, alphaSeed); }
 #ifdef SINGLE_TRACE_CALL
-Hit IntersectWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
+INLINE Hit IntersectWithin(Ray ray, float distance, bool terminateOnFirstHit, uint alphaSeed) {
     return HitWithin(ray, min(distance, kFarthest), terminateOnFirstHit, alphaSeed);
 }
 #endif
 #ifdef TRACES_SHADOW_RAYS
-vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed) {
+INLINE vec3 ShadowTransmittance(Ray ray, float distance, float ior, uint alphaSeed) {
     return TransmittanceUpTo(ray, min(distance, kFarthest), ior, alphaSeed);
 }
 #endif
+
+SHADING_END
 #else
 
 #ifndef OWN_RADIANCE_PAYLOAD

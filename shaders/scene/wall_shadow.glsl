@@ -10,11 +10,13 @@
 
 #include "bxdf/bsdf.glsl"
 
-// A ray through an edge may meet the triangles on both sides of it: they are one wall.
-const float kEdgeWeight = 1e-5f;
-const float kSameDistance = 1e-6f;
+SHADING_BEGIN
 
-bool IsDuplicateEdgeHit(Hit hit, float lastDistance) {
+// A ray through an edge may meet the triangles on both sides of it: they are one wall.
+CONST float kEdgeWeight = 1e-5f;
+CONST float kSameDistance = 1e-6f;
+
+INLINE bool IsDuplicateEdgeHit(Hit hit, float lastDistance) {
     if (IsRound(InstanceAt(hit.instance))) return false;  // has no edges
     float weight = min(min(hit.barycentrics.x, hit.barycentrics.y),
                        1.0f - hit.barycentrics.x - hit.barycentrics.y);
@@ -22,7 +24,8 @@ bool IsDuplicateEdgeHit(Hit hit, float lastDistance) {
 }
 
 // Returns false if the ray goes on. `isBack`: it hits the back face.
-bool OccludesShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout ShadowPayload payload) {
+INLINE bool OccludesShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack,
+                              INOUT(ShadowPayload) payload) {
     if (!StopsRay(payload.alphaSeed, hit.instance, hit.primitive, hit.barycentrics, isBack)) return false;
     // Other alpha-tested surfaces, leaves for example, come here too: avoid reading their textures
     // needlessly.
@@ -41,5 +44,7 @@ bool OccludesShadowRay(Hit hit, vec3 origin, vec3 direction, bool isBack, inout 
     payload.passed *= PassThroughWeight(surface.material, setting, ToLocal(frame, -ray.direction));
     return !(MaxComponent(payload.passed) > 0.0f);
 }
+
+SHADING_END
 
 #endif

@@ -1,13 +1,19 @@
 // Tests that the path of a sample is explained: the record is of the path that the picture has, to the bit.
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "editor/cli/explain_json.h"
+#include "editor/session/cpu/scene_copy.h"
 #include "editor/session/explain/explain.h"
 #include "editor/session/explain/path_text.h"
 #include "editor/session/session.h"
+#include "tests/explain/cpu_paths.h"
 #include "tests/explain/exact_records.h"
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
@@ -44,6 +50,53 @@ TEST_F(ExplainTest, ContributionsOfARecordSumToTheSampleToTheBit) {
     }
     EXPECT_GT(vertices, 45u) << "paths are too short to prove anything";
     EXPECT_GT(lit, 9u) << "pictures are too dark to prove anything";
+}
+
+// With the programs of the test above; tests/long has more scenes, and larger pictures.
+TEST_F(ExplainTest, PathsOnTheCpuAreThoseOfTheDevice) {
+    for (const char* name : {"cornell", "terrace", "scattering_grid"}) {
+        SCOPED_TRACE(name);
+        SceneInput input = LoadInput(test::SourceFile("scenes") / (std::string(name) + ".gltf"));
+        testing::ExpectSamePaths(testing::ComparePaths(Device(), std::move(input), Small(), 3));
+    }
+}
+
+TEST(CopiedMemoryTest, AReadOutsideOfTheScenesMemoryIsAnError) {
+    CopiedMemory memory;
+    memory.Add(0x1000, std::vector<std::byte>(24));
+    EXPECT_EQ(memory.At<glm::vec3>(0x100c, 1).size(), 1u);
+    for (const uint64_t address : {0xff4u, 0x1010u, 0x1018u, 0x100eu})
+        EXPECT_THAT(testing::ErrorTextOf([&] { memory.At<glm::vec3>(address); }, ErrorKind::BadInput),
+                    HasSubstr("reads 12 bytes at address"))
+            << address;
+    EXPECT_THAT(
+        testing::ErrorTextOf([&] { memory.At<float>(0x1000, uint64_t{1} << 62); }, ErrorKind::BadInput),
+        HasSubstr("reads"));
+}
+
+TEST(CopiedTextureTest, TexelsAreReadAsBySamplersOfADevice) {
+    const auto sample = [](scene::WrapMode wrap, scene::FilterMode filter, float u, float lod = 0.0f) {
+        const scene::Sampler sampler{.wrapU = wrap, .magFilter = filter};
+        return CopiedTexture(sampler,
+                             {{{2, 1}, {glm::vec4(0.0f), glm::vec4(1.0f)}}, {{1, 1}, {glm::vec4(4.0f)}}})
+            .Sample({u, 0.5f}, lod)
+            .x;
+    };
+    using enum scene::WrapMode;
+    constexpr auto kNearest = scene::FilterMode::Nearest, kLinear = scene::FilterMode::Linear;
+    EXPECT_EQ(sample(Repeat, kNearest, 1.25f), 0.0f);
+    EXPECT_EQ(sample(Repeat, kNearest, -0.25f), 1.0f);
+    EXPECT_EQ(sample(MirroredRepeat, kNearest, 1.25f), 1.0f);
+    EXPECT_EQ(sample(MirroredRepeat, kNearest, -0.25f), 0.0f);
+    EXPECT_EQ(sample(ClampToEdge, kNearest, 1.75f), 1.0f);
+    EXPECT_EQ(sample(ClampToEdge, kNearest, -7.0f), 0.0f);
+    EXPECT_EQ(sample(ClampToEdge, kLinear, 0.5f), 0.5f);
+    EXPECT_EQ(sample(ClampToEdge, kLinear, 0.125f), 0.0f);
+    EXPECT_EQ(sample(Repeat, kLinear, 0.0f), 0.5f);
+    EXPECT_EQ(sample(ClampToEdge, kLinear, 0.5f, 1.0f), 4.0f);
+    EXPECT_EQ(sample(ClampToEdge, kLinear, 0.5f, 0.5f), 2.25f);
+    EXPECT_EQ(sample(ClampToEdge, kLinear, 0.5f, 9.0f), 4.0f);
+    EXPECT_TRUE(std::isfinite(sample(Repeat, kLinear, std::numeric_limits<float>::quiet_NaN())));
 }
 
 TEST_F(ExplainTest, ASampleIsThatOfARenderAndItsPathTellsItsCause) {

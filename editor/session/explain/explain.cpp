@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "base/text.h"
+#include "editor/session/cpu/scene_copy.h"
+#include "editor/session/cpu/trace.h"
 #include "editor/session/frames/device_scene.h"
 #include "editor/session/settings/light_settings.h"
 #include "passes/trace.h"
@@ -54,6 +56,7 @@ struct Explainer::Impl {
     // Samples that share a frame: all of them see the scene at one time, and with Roulette::Frame each has a
     // length of its own.
     std::vector<glm::vec3> ValuesOf(const glm::uvec2& pixel, uint32_t first, uint32_t count) {
+        if (isOnCpu) return CpuValuesOf(pixel, first, count);
         const bool isOneByOne = scene.IsBlurred() || settings.paths.roulette.kind == Roulette::Frame;
         std::vector<glm::vec3> values;
         for (uint32_t done = 0; done < count;) {
@@ -75,6 +78,12 @@ struct Explainer::Impl {
     }
 
     std::vector<gpu::PathVertexRecord> RecordOf(Explanation& explanation, uint32_t sample) {
+        if (isOnCpu) {
+            std::vector<gpu::PathVertexRecord> vertices = CpuPathOf(explanation.pixel, sample).vertices;
+            explanation.origin = copy->ids.origin;
+            explanation.names.NumberLights(copy->ids.lightSet);
+            return vertices;
+        }
         Renderer& renderer = scene.GraphRenderer();
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(sample);
@@ -97,10 +106,34 @@ struct Explainer::Impl {
         }
     }
 
+    // Returns the scene as a sample sees it.
+    const SceneCopy& CopyFor(uint32_t sample) {
+        if (!copy || scene.IsBlurred())
+            copy = CopyScene(scene.GraphRenderer(), scene.Scene(), [&] { return scene.Declare(sample); });
+        return *copy;
+    }
+
+    CpuPath CpuPathOf(const glm::uvec2& pixel, uint32_t sample) {
+        const SceneCopy& copied = CopyFor(sample);
+        return TraceOnCpu(copied, scene.SettingsFor(sample), pixel);
+    }
+
+    std::vector<glm::vec3> CpuValuesOf(const glm::uvec2& pixel, uint32_t first, uint32_t count) {
+        std::vector<glm::vec3> values;
+        for (uint32_t i = 0; i < count; ++i) {
+            const CpuPath path = CpuPathOf(pixel, first + i);
+            values.push_back(path.value);
+            nonFiniteSamples += NonFiniteVertex(path.vertices) ? 1 : 0;
+        }
+        return values;
+    }
+
     PictureSettings settings;
     PathNames names;
     DeviceScene scene;
+    std::optional<SceneCopy> copy;  // for paths on the CPU
     uint64_t nonFiniteSamples = 0;  // of those of the last pixel
+    bool isOnCpu = false;           // of the last request
 };
 
 Explainer::Explainer(rhi::Device& device, SceneInput input, const PictureSettings& settings,
@@ -122,6 +155,7 @@ Explanation Explainer::Explain(const ExplainRequest& request) {
                         first);
 
     m_impl->nonFiniteSamples = 0;
+    m_impl->isOnCpu = request.isOnCpu;
     Explanation explanation =
         ExplainSamples(request.pixel, first, m_impl->ValuesOf(request.pixel, first, count));
     explanation.names = m_impl->names;

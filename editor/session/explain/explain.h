@@ -33,6 +33,9 @@ struct ExplainRequest {
     uint32_t brightest = 1;
     uint32_t firstSample = 0;
     uint32_t sampleCount = 64;
+    // Traces on the host, by the shader text compiled as C++ (editor/session/cpu/trace.h): the numbers are
+    // those of the device, to rounding.
+    bool isOnCpu = false;
 };
 
 // Holds the path of one sample.

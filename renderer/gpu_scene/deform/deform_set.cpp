@@ -264,6 +264,7 @@ GroupResources CopyOf(const GroupResources& group, DeviceArray<gpu::GeometryReco
     copy.emitters = group.emitters;
     copy.emitterVariants = group.emitterVariants;
     copy.triangleCount = group.triangleCount;
+    copy.capsuleCount = group.capsuleCount;
     copy.bounds = group.bounds;
     copy.base = group.base;
     return copy;

@@ -492,11 +492,11 @@ bool MeshUpload::Continue(uint32_t mesh, uint64_t& budget, bool mayWait) {
         if (budget == 0 || (!mayWait && m_uploader.WouldBlock())) return false;
         PackedGroup& group = packed.groups[m_groups.size()];
         if (!m_streams) {
-            m_streams = m_context.device.CreateBuffer({.name = packed.name + " streams",
-                                                       .size = group.streams.Bytes().size(),
-                                                       .usage = rhi::BufferUsage::Storage |
-                                                                rhi::BufferUsage::BuildInput |
-                                                                rhi::BufferUsage::CopyDestination});
+            m_streams = m_context.device.CreateBuffer(
+                {.name = packed.name + " streams",
+                 .size = group.streams.Bytes().size(),
+                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput |
+                          rhi::BufferUsage::CopySource | rhi::BufferUsage::CopyDestination});
             ResolveGroupAddresses(group, m_streams.Address());
             m_offset = 0;
         }
@@ -532,6 +532,7 @@ GroupResources MeshUpload::Finish(PackedGroup& group, const PackedMesh& mesh) {
     result.emitters = std::move(group.emitters.emitters);
     result.emitterVariants = std::move(group.emitters.variants);
     result.triangleCount = group.triangleCount;
+    result.capsuleCount = group.boxCount;
     result.bounds = group.bounds;
     result.base = std::move(group.base);
     result.tree = std::move(group.tree);

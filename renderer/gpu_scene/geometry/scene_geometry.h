@@ -71,6 +71,7 @@ struct GroupResources {
     std::vector<Emitter> emitters;                       // until they are moved into the light set
     std::vector<EmitterVariant> emitterVariants;
     uint64_t triangleCount = 0;  // 0 for round primitives
+    uint32_t capsuleCount = 0;   // 0 for triangles
     scene::Bounds bounds;        // object space
     // Not null if the group can be deformed. `blas` is null where only deformed copies are drawn.
     std::shared_ptr<const BaseShape> base;

@@ -20,11 +20,6 @@
 namespace raygraph {
 namespace {
 
-uint32_t FlagsOf(const GroupKind& kind) {
-    const bool isTested = !kind.isOpaque || kind.isThinWall;
-    return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
-}
-
 // A tree is rebuilt when a ray costs more than this factor times the cost after the last build.
 constexpr double kRebuildDecay = 1.3;
 
@@ -36,6 +31,11 @@ bool IsTooLarge(const std::exception& error) {
 }
 
 }  // namespace
+
+uint32_t WideFlagsOf(const GroupKind& kind) {
+    const bool isTested = !kind.isOpaque || kind.isThinWall;
+    return (kind.isBackCulled ? gpu::kWideBackCulled : 0u) | (isTested ? gpu::kWideTested : 0u);
+}
 
 WideSet::WideSet(rhi::Device& device, bool rebuildsDecayed)
     : m_rebuildsDecayed(rebuildsDecayed),
@@ -114,7 +114,7 @@ std::vector<WideSet::Part> WideSet::VisibleParts(const SceneGeometry& geometry,
                          .group = all[i].group,
                          .objectToWorld = instances.DeviceTransform(all[i].instance),
                          .number = i,
-                         .flags = FlagsOf(group.kind)});
+                         .flags = WideFlagsOf(group.kind)});
     }
     return parts;
 }

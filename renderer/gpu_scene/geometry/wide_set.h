@@ -24,7 +24,11 @@
 namespace raygraph {
 
 class InstanceSet;
+struct GroupKind;
 struct SceneGeometry;
+
+// Returns the flags of a group's triangles: gpu::kWideBackCulled, ...
+uint32_t WideFlagsOf(const GroupKind& kind);
 
 class WideSet {
   public:

@@ -79,7 +79,8 @@ std::vector<uint32_t> TextureSet::Add(std::span<const SceneTexture> textures) {
     Reserve(static_cast<uint32_t>(textures.size()));
     m_entries.resize(size);
     for (size_t i = 0; i < textures.size(); ++i)
-        m_entries[indices[i]] = {textures[i].image, m_table->Add(textures[i].image->Shown(), *samplers[i])};
+        m_entries[indices[i]] = {textures[i].image, m_table->Add(textures[i].image->Shown(), *samplers[i]),
+                                 textures[i].sampler};
     m_count += static_cast<uint32_t>(textures.size());
     return indices;
 }

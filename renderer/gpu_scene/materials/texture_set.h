@@ -55,6 +55,7 @@ class TextureSet {
     uint32_t Count() const { return m_count; }
     uint32_t Slot(uint32_t index) const { return m_entries[index].slot; }
     const SceneImage& Image(uint32_t index) const { return *m_entries[index].image; }
+    const scene::Sampler& SamplerOf(uint32_t index) const { return m_entries[index].sampler; }
     const rhi::TextureTable& Table() const { return *m_table; }
     uint64_t Bytes() const;  // sum over all images
     uint32_t ReducedImages() const;
@@ -63,6 +64,7 @@ class TextureSet {
     struct Entry {
         std::shared_ptr<const SceneImage> image;  // null: the index is free
         uint32_t slot = 0;
+        scene::Sampler sampler = {};
     };
     void Reserve(uint32_t slots);
     const rhi::Sampler& SamplerFor(const scene::Sampler& wanted);
