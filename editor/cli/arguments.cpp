@@ -151,6 +151,7 @@ CLI::App* AddExplain(CLI::App& app, ExplainArguments& arguments) {
                  "rr-start",     "max-depth", "clamp-indirect", "regularize",   "shadow-terminator",
                  "texture-lod",  "aperture",  "focus",          "env-rotation", "env-tint",
                  "background",   "light",     "texture-budget"});
+    AddOrbits(*explain, arguments.given);
     AddRoot(*explain, arguments.root);
     AddEnvironment(*explain, arguments.environment);
     AddPath(*explain, "--settings-from", "FILE.exr",
@@ -360,6 +361,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
     AddSettings(*edit, arguments.given, {"camera", "light", "texture-budget"});
+    AddOrbits(*edit, arguments.given);
     AddRoot(*edit, arguments.root);
     AddEnvironment(*edit, arguments.environment);
     std::vector<std::string> names = EditViewNames();
@@ -582,6 +584,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
     if (*render) {
         CheckRender(renderArguments);
+        ApplyCameras(renderArguments);
         ApplyShard(renderArguments);
         return renderArguments;
     }

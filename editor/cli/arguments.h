@@ -53,6 +53,8 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::optional<FrameRange>
         frames;  // renders a picture per frame; outputs and report are name patterns then
     std::vector<std::string> cameras;  // a picture per camera, if there are several; `given` has the first
+    std::optional<uint32_t> turntable;  // number of pictures around the scene; `cameras` are theirs
+    bool isContactSheet = false;        // all pictures are shown in one
     std::optional<Shard> shard;        // samples, sampleOffset, frames and names are already the shard's
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;

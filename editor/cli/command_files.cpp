@@ -21,6 +21,7 @@ Paths NonEmpty(Paths paths) {
 CommandFiles FilesOf(const RenderArguments& arguments) {
     CommandFiles files;
     const auto append = [](Paths& to, const Paths& from) { to.insert(to.end(), from.begin(), from.end()); };
+    if (arguments.isContactSheet) return FilesOf(arguments, PictureName{});
     for (const PlannedPicture& picture : PicturesToRender(arguments)) {
         const CommandFiles pictureFiles = FilesOf(arguments, picture.name);
         files.inputs = pictureFiles.inputs;
@@ -128,7 +129,9 @@ std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const Pictu
     if (pictures.empty() && !arguments.resume.empty())
         pictures = {ParseOutput(arguments.resume)};
     else if (pictures.empty())
-        pictures = {ParseOutput(arguments.frames ? kDefaultFrames : kDefaultPicture)};
+        pictures = {ParseOutput((arguments.frames || arguments.turntable) && !arguments.isContactSheet
+                                    ? kDefaultFrames
+                                    : kDefaultPicture)};
     for (OutputFile& picture : pictures) picture.path = Named(picture.path, name);
     return pictures;
 }

@@ -36,7 +36,7 @@ CommandFiles FilesOf(const EditArguments& arguments);
 void CheckWritable(const CommandFiles& files, const Log& log);
 
 // Returns the pictures that `render` writes, named for one picture: those of the command line; if there are
-// none, the file that is resumed, else kDefaultPicture, or kDefaultFrames with frames.
+// none, the file that is resumed, else kDefaultPicture, or kDefaultFrames with frames or a turntable.
 std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const PictureName& name = {});
 
 }  // namespace raygraph::cli

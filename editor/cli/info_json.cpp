@@ -4,6 +4,7 @@
 
 #include "editor/cli/device_list.h"
 #include "editor/cli/json_values.h"
+#include "editor/cli/scene_text.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/picture_settings.h"
 #include "renderer/scene/gltf/document.h"
@@ -116,6 +117,7 @@ std::string SceneJson(const session::SceneInput& input) {
     if (const scene::EnvironmentLight& light = scene.environment; light.IsPresent())
         json["environment"] = {{"name", light.name}, {"face_size", light.faceSize}};
     json["cameras"] = List(scene.cameras, CameraJson);
+    json["framed_camera"] = session::CameraText(FramedView(scene));
     json["lights"] =
         List(scene.lights, [&](const scene::Light& light) { return LightJson(light, scene.profiles); });
     json["materials"] = List(scene.materials, MaterialJson);

@@ -30,9 +30,9 @@ struct Group {
 const Group kGroups[] = {
     {"Output",
      {"output", "size", "crop", "view", "transparent", "exposure", "tonemap", "white-point", "exr-type",
-      "aov", "denoise", "denoiser", "light-group", "resume", "checkpoint", "settings-from", "report"}},
+      "contact-sheet", "aov", "denoise", "denoiser", "light-group", "resume", "checkpoint", "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
-    {"Camera", {"camera", "aperture", "focus", "shutter"}},
+    {"Camera", {"camera", "view-from", "orbit", "turntable", "aperture", "focus", "shutter"}},
     {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
     {"Scene", {"scene", "variant", "at", "clips", "frames", "points", "lines", "root"}},
     {"Biases",
@@ -172,6 +172,51 @@ void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::stri
     }
 }
 
+namespace {
+
+// The names of --view-from; directions are those of Blender's views, with its -y as +z.
+constexpr std::pair<std::string_view, scene::Orbit> kDirections[] = {
+    {"front", {0.0f, 0.0f, false}},  {"back", {180.0f, 0.0f, false}}, {"right", {90.0f, 0.0f, false}},
+    {"left", {-90.0f, 0.0f, false}}, {"top", {0.0f, 90.0f, false}},   {"bottom", {0.0f, -90.0f, false}},
+    {"side", {90.0f, 0.0f, false}}};
+
+scene::Orbit ParseOrbit(const std::string& text) {
+    try {
+        const std::vector<std::string_view> parts = ParseList(text);
+        if (parts.size() == 2)
+            return {static_cast<float>(ParseNumber(parts[0], -36000.0, 36000.0)),
+                    static_cast<float>(ParseNumber(parts[1], -90.0, 90.0))};
+    } catch (const Error&) {
+        // The message for the whole text says more than the one for its part
+    }
+    throw MakeError(ErrorKind::Usage,
+                    "{} is not AZ,EL: degrees around the scene, 0 in front and 90 on the right, and degrees "
+                    "above the horizon, -90 to 90, such as 30,20",
+                    Quoted(text));
+}
+
+}  // namespace
+
+void AddOrbits(CLI::App& app, SettingTexts& given) {
+    const auto give = [&given](const scene::Orbit& orbit) {
+        if (given.contains("camera")) Reject("--camera, --view-from and --orbit exclude each other");
+        given["camera"] = scene::ToText(orbit);
+    };
+    std::vector<std::string_view> names;
+    for (const auto& [name, orbit] : kDirections) names.push_back(name);
+    SetChoices(
+        *AddOption(
+            app, "--view-from", "SIDE",
+            "Frame the scene, seen from its front (+z), back, right (+x; also: side), left, top (+y) or "
+            "bottom",
+            [give, names](const std::string& text) { give(kDirections[ParseChoice(text, names)].second); }),
+        names);
+    AddOption(app, "--orbit", "AZ,EL",
+              "Frame the scene, seen from AZ degrees around it (0: the front, 90: the right) and EL degrees "
+              "above the horizon",
+              [give](const std::string& text) { give(ParseOrbit(text)); });
+}
+
 void AddTracing(CLI::App& app, TracingChoice& tracing) {
     const auto add = [&](const char* name, const char* operand, const char* help, auto& choice) {
         using Value = std::remove_reference_t<decltype(choice)>;
@@ -298,9 +343,33 @@ void CheckFrames(const RenderArguments& arguments) {
 }
 
 void CheckCameras(const RenderArguments& arguments) {
+    if (arguments.turntable || arguments.isContactSheet) return;
     for (const std::filesystem::path& path : PatternsOf(arguments))
         if (!HasCameraPlaceholder(path))
             Reject(Text("\"{}\" has no {{camera}} to tell the pictures of several --camera apart", path));
+}
+
+void CheckTurntable(const RenderArguments& arguments) {
+    const auto camera = arguments.given.find("camera");
+    if (camera != arguments.given.end() && !scene::OrbitFromText(camera->second))
+        Reject("--turntable goes around the scene: --orbit or --view-from gives its start, not --camera");
+    if (arguments.frames) Reject("--turntable and --frames exclude each other");
+    if (arguments.shard)
+        Reject("--turntable and --shard exclude each other; give each shard its own --orbit");
+    if (arguments.isContactSheet) return;
+    for (const std::filesystem::path& path : PatternsOf(arguments))
+        if (!HasNumberPlaceholder(path))
+            Reject(
+                Text("\"{}\" has no single run of # for the numbers of --turntable, as name.##.png", path));
+}
+
+void CheckContactSheet(const RenderArguments& arguments) {
+    for (const OutputFile& picture : PicturesOf(arguments))
+        if (picture.kind != OutputKind::Png)
+            Reject(Text("--contact-sheet: {} has no place for several pictures; give a .png", picture.path));
+    if (!arguments.resume.empty() || arguments.checkpointMinutes)
+        Reject("--contact-sheet keeps no samples: it goes with neither --resume nor --checkpoint");
+    if (!arguments.report.empty()) Reject("--report is of a picture; a --contact-sheet has several");
 }
 
 void CheckCheckpoints(const RenderArguments& arguments) {
@@ -310,7 +379,9 @@ void CheckCheckpoints(const RenderArguments& arguments) {
             Reject(
                 Text("{} begins each picture; --resume goes on with one, and with several only with "
                      "--checkpoint",
-                     arguments.frames ? "--frames" : "--camera"));
+                     arguments.frames      ? "--frames"
+                     : arguments.turntable ? "--turntable"
+                                           : "--camera"));
         return;
     }
     if (arguments.seconds && rendersSeveral)
@@ -460,6 +531,18 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) { arguments.shard = ParseShard(text); });
     AddSettings(*render, arguments.given);
     AddCameras(*render, arguments);
+    AddOrbits(*render, arguments.given);
+    AddOption(
+        *render, "--turntable", "N",
+        "Render N pictures from all around the scene, the first from --orbit (0,15); a run of # in names of "
+        "outputs is the number, as name.##.png",
+        [&](const std::string& text) { arguments.turntable = ParseCount(text, 1, FrameRange::kMaxCount); });
+    render->add_flag(
+        "--contact-sheet", arguments.isContactSheet,
+        Wrapped(
+            Text("Write all pictures side by side to one .png: those of --turntable, --frames and several "
+                 "--camera, else six views of the scene. --size is that of each ({})",
+                 ToText(kSheetPicture))));
     AddRoot(*render, arguments.root);
     AddEnvironment(*render, arguments.environment);
     AddDisplay(*render, "K|auto", "; auto: the light of the scene", arguments);
@@ -519,7 +602,9 @@ void CheckDisplay(const DisplayArguments& arguments, const std::vector<OutputFil
 
 void CheckRender(const RenderArguments& arguments) {
     CheckProgress(arguments);
-    if (arguments.frames) CheckFrames(arguments);
+    if (arguments.frames && !arguments.isContactSheet) CheckFrames(arguments);
+    if (arguments.turntable) CheckTurntable(arguments);
+    if (arguments.isContactSheet) CheckContactSheet(arguments);
     if (!arguments.cameras.empty()) CheckCameras(arguments);
     CheckCheckpoints(arguments);
     if (arguments.shard && !arguments.frames) CheckShard(arguments);
@@ -552,6 +637,28 @@ void CheckRender(const RenderArguments& arguments) {
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
                          picture.path));
+}
+
+void ApplyCameras(RenderArguments& arguments) {
+    const auto given = arguments.given.find("camera");
+    const bool isGiven = given != arguments.given.end();
+    if (arguments.turntable) {
+        scene::Orbit orbit = isGiven ? *scene::OrbitFromText(given->second) : scene::Orbit{0.0f, 15.0f};
+        orbit.isTurntable = true;
+        const float start = orbit.azimuth;
+        for (uint32_t i = 0; i < *arguments.turntable; ++i) {
+            orbit.azimuth = start + 360.0f * static_cast<float>(i) / static_cast<float>(*arguments.turntable);
+            arguments.cameras.push_back(scene::ToText(orbit));
+        }
+    } else if (arguments.isContactSheet && !isGiven && !arguments.frames) {
+        arguments.cameras.push_back(scene::ToText(scene::Orbit{30.0f, 20.0f}));
+        for (const std::string_view side : {"front", "right", "back", "left", "top"})
+            for (const auto& [name, orbit] : kDirections)
+                if (name == side) arguments.cameras.push_back(scene::ToText(orbit));
+    }
+    if (!arguments.cameras.empty()) arguments.given["camera"] = arguments.cameras.front();
+    if (arguments.isContactSheet && arguments.settingsFrom.empty())
+        arguments.given.try_emplace("size", ToText(kSheetPicture));
 }
 
 void ApplyShard(RenderArguments& arguments) {

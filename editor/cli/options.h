@@ -40,6 +40,9 @@ void AddPointsAndLines(CLI::App& app, scene::PointsAndLines& radii);
 // Adds the picture settings of these names, or all if there are none. `defaults` are the command's.
 void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {},
                  const PictureSettings& defaults = {});
+// Adds --view-from and --orbit, which give the setting `camera` from outside of the scene. Call it after
+// --camera was added.
+void AddOrbits(CLI::App& app, SettingTexts& given);
 void AddRoot(CLI::App& app, std::filesystem::path& root);
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment);
 void AddDevice(CLI::App& app, std::string& device);
@@ -72,6 +75,8 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap);
 // Adds the command `render`, with the checks that concern several options.
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments);
 void CheckRender(const RenderArguments& arguments);
+// Applies --turntable and --contact-sheet: each of their pictures has a camera.
+void ApplyCameras(RenderArguments& arguments);
 // Applies --shard: samples, frames and names become the shard's.
 void ApplyShard(RenderArguments& arguments);
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "editor/cli/exit_code.h"
+#include "rhi/format.h"
 #include "shaders/shared/choice.h"
 
 namespace raygraph::cli {
@@ -33,6 +34,7 @@ struct OutputFile {
 // Is written by `render` if it is given no output.
 inline constexpr const char* kDefaultPicture = "render.png";
 inline constexpr const char* kDefaultFrames = "render.####.png";
+inline constexpr rhi::Extent2D kSheetPicture{320, 320};  // is the default size of each in a contact sheet
 
 inline constexpr auto kOutputKinds = std::to_array({OutputKind::Png, OutputKind::Exr, OutputKind::Hdr});
 

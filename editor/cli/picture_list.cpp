@@ -58,7 +58,10 @@ std::vector<PlannedPicture> PicturesToRender(const RenderArguments& arguments) {
             }
             if (!arguments.cameras.empty()) {
                 picture.camera = arguments.cameras[camera];
-                picture.name.camera = CameraFileName(*picture.camera, camera);
+                if (arguments.turntable)
+                    picture.name.number = static_cast<int64_t>(camera);
+                else
+                    picture.name.camera = CameraFileName(*picture.camera, camera);
                 picture.label +=
                     Text("{}camera {} of {}", picture.label.empty() ? "" : ", ", camera + 1, cameraCount);
             }

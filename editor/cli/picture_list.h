@@ -34,7 +34,7 @@ struct PlannedPicture {
     PictureName name;
     std::optional<double> at;           // time of the frame; none: the settings' time
     std::optional<std::string> camera;  // none: the settings' camera
-    std::string label;                  // e.g. "frame 2 of 10, camera top"; "": the only picture
+    std::string label;                  // e.g. "frame 2 of 10, camera 1 of 3"; "": the only picture
 };
 
 // Returns at least one picture, ordered by frame and then by camera.

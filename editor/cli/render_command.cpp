@@ -212,7 +212,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     Rendering rendering(arguments, job, used, *session, signals, console, group);
     const auto renderCurrent = [&] {
         std::function<void()> giveBack;
-        if (pictures.Left() == 1)
+        if (pictures.Left() == 1 && !arguments.isContactSheet)
             giveBack = [&] {
                 session.reset();
                 devices.clear();
@@ -226,6 +226,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
         pictures.ReleaseResumed();
         renderCurrent();
     }
+    if (arguments.isContactSheet && (group == nullptr || group->IsRoot())) rendering.WriteContactSheet();
     if (rendering.IsStopped() && pictures.Left() > 0)
         console.log.Warn(Text("{} of {} pictures were not begun", pictures.Left(), pictures.Count()));
     const bool isUnfinished = rendering.IsIncomplete() || pictures.Left() > 0;

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "editor/cli/aov_request.h"
 #include "editor/cli/command_files.h"
+#include "editor/cli/contact_sheet.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
 #include "editor/cli/report.h"
@@ -111,7 +112,10 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
         throw MakeError(ErrorKind::Io,
                         "{}: stopped while its albedo and normals were restored; nothing was written",
                         m_arguments.resume);
-    Write(picture, run, before, true, giveBack);
+    if (m_arguments.isContactSheet)
+        AddToSheet(run, before);
+    else
+        Write(picture, run, before, true, giveBack);
 }
 
 bool Rendering::IsSaveDue() const {
@@ -267,6 +271,36 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (m_arguments.isQuiet) return;
     for (const std::filesystem::path& file : files) PrintLine(file.string());
     PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size()));
+}
+
+void Rendering::AddToSheet(const RunSummary& run, uint32_t samplesBefore) {
+    const SessionResult result = m_session.Result();
+    m_console.progress.Clear();
+    m_sheet.push_back(m_session.Display());
+    m_sheetSummary = SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size());
+    Warn(run, m_session.SampleCount(), m_session.NonFiniteSamples(), "");
+}
+
+void Rendering::WriteContactSheet() {
+    if (m_sheet.empty()) return;
+    m_console.log.RequireValid();
+    const image::Image8 sheet = ContactSheet(m_sheet);
+    OutputWriter outputs(
+        [&](const std::filesystem::path& file, std::string_view why) { LogNotWritten(file, why, true); });
+    const std::vector<OutputFile> pictures = PicturesOf(m_arguments);
+    for (const OutputFile& picture : pictures)
+        outputs.Add(picture.path, [&] { WritePicture(picture, {}, sheet); });
+    outputs.WriteAll();
+    m_result = outputs.Result();
+    std::vector<std::filesystem::path> written;
+    for (const OutputFile& picture : pictures)
+        if (outputs.HasWritten(picture.path)) written.push_back(picture.path);
+    m_saved.insert(written.begin(), written.end());
+    if (!written.empty()) m_console.progress.ShowWritten("", written);
+    if (m_arguments.isQuiet) return;
+    for (const std::filesystem::path& file : written) PrintLine(file.string());
+    PrintLine(Text("{}, {}x{}; the last: {}", Counted(m_sheet.size(), "picture"), sheet.width, sheet.height,
+                   m_sheetSummary));
 }
 
 void Rendering::LogNotWritten(const std::filesystem::path& file, std::string_view why, bool isEnd) {

@@ -25,6 +25,7 @@
 #include "editor/session/session.h"
 #include "editor/session/settings/scene_input.h"
 #include "passes/tonemap.h"
+#include "renderer/image/image.h"
 
 namespace raygraph::cli {
 
@@ -85,6 +86,9 @@ class Rendering {
     // of rendering or more, or if nothing is written.
     void RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack = {});
 
+    // Writes the pictures so far side by side (--contact-sheet); RenderPicture wrote none of them.
+    void WriteContactSheet();
+
     // Returns whether the program was asked to end; the picture may be complete even so.
     bool IsStopped() const { return m_isInterrupted || m_isTerminated; }
     // Returns whether the program has been asked to end by now, in any process. All processes must call it
@@ -108,6 +112,8 @@ class Rendering {
     // Writes all files as of now. `summary` describes the run so far; `giveBack` is as in RenderPicture.
     void Write(const PlannedPicture& picture, const RunSummary& summary, uint32_t samplesBefore, bool isEnd,
                const std::function<void()>& giveBack = {});
+    // Adds the picture of the session to the contact sheet.
+    void AddToSheet(const RunSummary& run, uint32_t samplesBefore);
     void WritePicture(const OutputFile& picture, const RenderFile& render,
                       const std::optional<image::Image8>& display);
     // Logs that a file cannot be written; before the end, once for each reason.
@@ -123,6 +129,8 @@ class Rendering {
     Console& m_console;
     ProcessGroup* m_group;
     Stopwatch m_sinceSave;
+    std::vector<image::Image8> m_sheet;  // pictures of a contact sheet
+    std::string m_sheetSummary;          // of the last of them
     bool m_isInterrupted = false, m_isTerminated = false, m_isIncomplete = false;
     std::set<std::filesystem::path> m_saved;  // files for IsSaved()
     // Holds the reason, by file that the last checkpoint lacks.

@@ -49,6 +49,14 @@ std::string Describe(const scene::Camera& camera) {
     return Text("perspective, vertical angle {:.4g} degrees, at {}", Degrees(camera.yFov), VectorText(eye));
 }
 
+// The target is as far away as the middle of the scene.
+std::string Describe(const scene::CameraView& view, const scene::Bounds& bounds) {
+    const glm::vec3 center = bounds.IsEmpty() ? glm::vec3(0.0f) : bounds.Center(), eye(view.eye);
+    const glm::vec3 target = eye + glm::dot(center - eye, view.forward) * view.forward;
+    return Text("--camera \"{} {} {} {:.4g}\"", VectorText(eye), VectorText(target), VectorText(view.up),
+                Degrees(view.yFov));
+}
+
 std::string Describe(const scene::Light& light, const std::vector<scene::LightProfile>& profiles) {
     const double intensity = static_cast<double>(light.intensity);
     std::string text;
@@ -116,6 +124,12 @@ std::string DescribeExtensions() {
     return text;
 }
 
+scene::CameraView FramedView(const scene::SceneData& scene) {
+    const Extent2D size = session::PictureSettings{}.size;
+    return scene::ViewOfBounds(scene.bounds,
+                               static_cast<float>(size.width) / static_cast<float>(size.height));
+}
+
 std::string DescribeScene(std::string_view file, const scene::SceneData& scene) {
     const scene::SceneStatistics statistics = scene::Statistics(scene);
     std::string text(file);
@@ -138,6 +152,7 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
                                          Quoted(light.name, kMaxNameBytes), light.faceSize, light.faceSize));
     const auto describe = [](const auto& thing) { return Describe(thing); };
     text += List("cameras", scene.cameras, describe);
+    text += Line("framed by", Describe(FramedView(scene), scene.bounds));
     text += List("lights", scene.lights,
                  [&](const scene::Light& light) { return Describe(light, scene.profiles); });
     text += List("materials", scene.materials, describe);

@@ -2,9 +2,12 @@
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <span>
 
 #include "base/text.h"
 #include "editor/session/file/content_hash.h"
+#include "renderer/image/image.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -190,6 +193,11 @@ void RunWell(const TemporaryFolder& folder, const std::string& line) {
     EXPECT_EQ(result.exitCode, 0) << line << "\n" << result.messages;
 }
 
+image::Image8 Png(const TemporaryFolder& folder, const std::string& name) {
+    const std::string bytes = TextOf(folder / name);
+    return image::DecodeImage8(std::as_bytes(std::span(bytes)), name);
+}
+
 TEST(ProgramCamera, SeveralHaveTheBytesThatEachHasByItself) {
     const TemporaryFolder folder;
     const std::string options =
@@ -228,6 +236,41 @@ TEST(ProgramCamera, EachIsRenderedInEachFrame) {
     EXPECT_EQ(again.output,
               "0.00.exr is complete: 2 samples a pixel\n1.00.exr is complete: 2 samples a pixel\n"
               "0.01.exr is complete: 2 samples a pixel\n1.01.exr is complete: 2 samples a pixel\n");
+}
+
+TEST(ProgramCamera, TurntableAndContactSheetHaveTheSamePictures) {
+    const TemporaryFolder folder;
+    const std::string options =
+        "render @material_row.gltf --brdf lambert --nee off --spp 1 --turntable 3 --orbit 20,10 --size 8x6 ";
+    RunWell(folder, options + "-o turn.##.png");
+    RunWell(folder, options + "--contact-sheet -o sheet.png");
+    const image::Image8 sheet = Png(folder, "sheet.png");
+    ASSERT_EQ(sheet.width, 16u);
+    ASSERT_EQ(sheet.height, 12u);
+    std::set<std::string> pictures;
+    for (uint32_t i = 0; i < 4; ++i) {
+        std::string part;
+        for (uint32_t y = 0; y < 6; ++y) {
+            const auto row = sheet.rgba.begin() + 4 * (16 * (6 * (i / 2) + y) + 8 * (i % 2));
+            part.append(row, row + 4 * 8);
+        }
+        pictures.insert(part);
+        if (i == 3) {
+            EXPECT_EQ(part, std::string(part.size(), 0)) << "a place without a picture is transparent";
+            break;
+        }
+        const image::Image8 alone = Png(folder, "turn.0" + std::to_string(i) + ".png");
+        EXPECT_EQ(part, std::string(alone.rgba.begin(), alone.rgba.end())) << i;
+    }
+    EXPECT_EQ(pictures.size(), 4u) << "the pictures differ";
+}
+
+TEST(ProgramCamera, ContactSheetShowsSixSidesByDefault) {
+    const TemporaryFolder folder;
+    RunWell(folder, "render @material_row.gltf --view normals --size 4x3 --contact-sheet -o sheet.png");
+    const image::Image8 sheet = Png(folder, "sheet.png");
+    EXPECT_EQ(sheet.width, 12u);
+    EXPECT_EQ(sheet.height, 6u);
 }
 
 TEST(ProgramCamera, OneThatIsMissingIsRenderedAlone) {

@@ -128,6 +128,17 @@ Checkpoints, shards, several cameras and devices:
 2 | render @cornell.gltf --camera 0 --camera no_such -o {camera}.exr | --camera: there is no camera "no_such"
 2 | render @cornell.gltf --camera 0 --camera '0 1' -o {camera}.exr | --camera: 
 2 | render @cornell.gltf --camera 0 --camera 1 -o {camera}.exr --resume {camera}.exr | only with --checkpoint
+2 | render @cornell.gltf --view-from above | --view-from: "above" is not one of front, back, right, left, top, bottom or side
+2 | render @cornell.gltf --orbit 30 | --orbit: "30" is not AZ,EL
+2 | render @cornell.gltf --orbit 30,91 | --orbit: "30,91" is not AZ,EL
+2 | render @cornell.gltf --orbit 30,20 --view-from top | --camera, --view-from and --orbit exclude each other
+2 | explain @cornell.gltf --pixel 1,1 --camera 0 --view-from top | --camera, --view-from and --orbit exclude each other
+2 | render @cornell.gltf --turntable 0 | --turntable: "0"
+2 | render @cornell.gltf --turntable 4 -o a.png | "a.png" has no single run of # for the numbers of --turntable
+2 | render @cornell.gltf --turntable 4 --camera 0 | --orbit or --view-from gives its start
+2 | render @cornell.gltf --turntable 4 --frames 0:1:1 | --turntable and --frames exclude each other
+2 | render @cornell.gltf --contact-sheet -o a.exr | --contact-sheet: "a.exr" has no place for several pictures; give a .png
+2 | render @cornell.gltf --contact-sheet --report r.json | --report is of a picture
 2 | render @cornell.gltf -o a.exr --devices 0 --device 0 | --device excludes --devices
 2 | render @cornell.gltf -o a.exr --devices x | --devices: "x" is not a whole number
 2 | render @cornell.gltf -o a.exr --devices 0, | --devices: 

@@ -42,11 +42,11 @@ struct PictureSettings {
     Extent2D size{640, 360};             // pixels, 1 to 16384 per side
     std::optional<passes::Region> crop;  // rendered part of the picture; none: all of it
     View view = View::PathTraced;
-    std::string camera;                    // see scene::ChooseView; CameraText converts a view
-    std::string scene;                     // glTF scene by name or index; "": the file's default
-    std::string variant;                   // variant of the materials, by name or index; "": none
-    std::optional<double> at;              // time of the animations, in seconds; none: the rest pose
-    std::string clips;                     // animations in effect, see scene::FindClips
+    std::string camera;        // see scene::ChooseView; CameraText converts a view, scene::ToText an orbit
+    std::string scene;         // glTF scene by name or index; "": the file's default
+    std::string variant;       // variant of the materials, by name or index; "": none
+    std::optional<double> at;  // time of the animations, in seconds; none: the rest pose
+    std::string clips;         // animations in effect, see scene::FindClips
     std::optional<Shutter> shutter;        // motion blur; none: all samples see the scene at `at`
     scene::PointsAndLines pointsAndLines;  // radii of the scene's points and lines; off: left out
     float aperture = 0.0f;                 // lens radius in meters; 0: a pinhole

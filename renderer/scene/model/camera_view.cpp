@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/gtc/constants.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/printable.h"
@@ -58,6 +59,75 @@ bool TakeMeters(std::string_view& text) {
     return true;
 }
 
+constexpr std::string_view kOrbit = "orbit ", kTurntable = "turntable ";
+
+// What is framed: a box, or the upright cylinder that it sweeps when it turns about its middle.
+struct FramedShape {
+    glm::dvec3 center{0.0};
+    glm::dvec3 half{0.5};  // half of the extent along x, y and z
+    bool isCylinder = false;
+
+    // Returns the greatest dot product of `v` with a point of the shape, relative to its center.
+    double Support(const glm::dvec3& v) const {
+        if (isCylinder) return half.y * std::abs(v.y) + std::hypot(half.x, half.z) * std::hypot(v.x, v.z);
+        return glm::dot(half, glm::abs(v));
+    }
+};
+
+FramedShape ShapeOf(const Bounds& bounds, bool isCylinder) {
+    FramedShape shape{.isCylinder = isCylinder};
+    if (bounds.IsEmpty()) return shape;
+    shape.center = 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
+    shape.half = 0.5 * (glm::dvec3(bounds.max) - glm::dvec3(bounds.min));
+    // A point still needs some distance
+    const double least = 1e-4 * (1.0 + glm::length(shape.center));
+    if (glm::length(shape.half) < least) shape.half = glm::dvec3(least / std::sqrt(3.0));
+    return shape;
+}
+
+// Returns a camera in the direction `toEye` from the shape that sees all of it. Where right, up and forward
+// are x, y and z, a point is within the left and right borders at slope s if x - ex <= s (z - ez) and
+// ex - x <= s (z - ez). For all points of the shape that is ex - s ez >= A and -ex - s ez >= B, with the
+// supports A of right - s forward and B of -right - s forward; so the eye can be no nearer than
+// ez = -(A + B) / 2s, and ex = (A - B) / 2 leaves as much on the left as on the right. Likewise for up.
+CameraView Framed(const FramedShape& shape, const glm::dvec3& toEye, const glm::dvec3& up, float aspect,
+                  float yFov) {
+    CameraView view = CameraView::LookAt(toEye, glm::dvec3(0.0), up);
+    view.yFov = yFov;
+    view.aspect = aspect;
+    const glm::dvec3 right(view.right), upward(view.up), forward(view.forward);
+    const double slopeY = kFramedShare * std::tan(0.5 * double{yFov}), slopeX = slopeY * double{aspect};
+    double nearest = 0.0;
+    const auto fit = [&](const glm::dvec3& across, double slope) {
+        const double above = shape.Support(across - slope * forward),
+                     below = shape.Support(-across - slope * forward);
+        nearest = std::max(nearest, (above + below) / (2.0 * slope));
+        return 0.5 * (above - below);
+    };
+    const double x = fit(right, slopeX), y = fit(upward, slopeY);
+    // A line that points at the camera projects to a point, which it must not touch
+    const double depth = shape.Support(forward);
+    const double distance = std::max(nearest, depth + 1e-3 * glm::length(shape.half));
+    view.eye = shape.center + x * right + y * upward - distance * forward;
+    view.zNear = static_cast<float>(std::min(1e-3 * distance, 0.5 * (distance - depth)));
+    return view;
+}
+
+// A box is a board if it is thinner than this share of its height and its width.
+constexpr float kBoard = 0.1f;
+// One that lies is taken for a floor, with something on it, unless it is thinner than this.
+constexpr float kSheet = 0.01f;
+
+glm::dvec3 DefaultDirection(const Bounds& bounds) {
+    if (!bounds.IsEmpty()) {
+        const glm::vec3 size = bounds.max - bounds.min;
+        if (size.z < kBoard * std::min(size.x, size.y)) return {0.0, 0.0, 1.0};
+        if (size.x < kBoard * std::min(size.y, size.z)) return {1.0, 0.0, 0.0};
+        if (size.y < kSheet * std::min(size.x, size.z)) return {0.0, 1.0, 0.0};
+    }
+    return glm::normalize(glm::dvec3(0.5, 0.35, 1.0));
+}
+
 [[noreturn]] void FailChoice(const SceneData& scene, std::string_view choice) {
     std::string cameras;
     for (size_t i = 0; i < scene.cameras.size() && i < 8; ++i)
@@ -92,20 +162,31 @@ CameraView ViewOf(const Camera& camera, float aspect) {
 }
 
 CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov) {
-    const bool isEmpty = bounds.IsEmpty();
-    const glm::vec3 center = isEmpty ? glm::vec3(0.0f) : bounds.Center();
-    // A point still needs some distance.
-    const float radius = isEmpty ? 0.866f : std::max(bounds.Radius(), 1e-4f * (1.0f + glm::length(center)));
-    // The bounding sphere touches the narrower pair of the view's sides.
-    const float halfY = 0.5f * yFov;
-    const float halfX = std::atan(std::tan(halfY) * aspect);
-    const float distance = radius / std::sin(std::min(halfX, halfY));
-    const glm::vec3 toEye = glm::normalize(glm::vec3(0.5f, 0.35f, 1.0f));
-    CameraView view = CameraView::LookAt(center + distance * toEye, center, glm::vec3(0, 1, 0));
-    view.yFov = yFov;
-    view.aspect = aspect;
-    view.zNear = 1e-3f * distance;
-    return view;
+    return Framed(ShapeOf(bounds, false), DefaultDirection(bounds), {0.0, 1.0, 0.0}, aspect, yFov);
+}
+
+CameraView ViewOfBounds(const Bounds& bounds, const Orbit& orbit, float aspect, float yFov) {
+    const double azimuth = glm::radians(double{orbit.azimuth}),
+                 elevation = glm::radians(double{orbit.elevation});
+    const glm::dvec3 outward(std::sin(azimuth), 0.0, std::cos(azimuth)), upward(0.0, 1.0, 0.0);
+    const glm::dvec3 toEye = std::cos(elevation) * outward + std::sin(elevation) * upward,
+                     up = std::cos(elevation) * upward - std::sin(elevation) * outward;
+    return Framed(ShapeOf(bounds, orbit.isTurntable), toEye, up, aspect, yFov);
+}
+
+std::optional<Orbit> OrbitFromText(std::string_view text) {
+    for (const std::string_view kind : {kOrbit, kTurntable}) {
+        if (!text.starts_with(kind)) continue;
+        const auto numbers = Numbers(text.substr(kind.size()));
+        if (!numbers || numbers->size() != 2 || std::abs(numbers->back()) > 90.0) return std::nullopt;
+        return Orbit{static_cast<float>(numbers->front()), static_cast<float>(numbers->back()),
+                     kind == kTurntable};
+    }
+    return std::nullopt;
+}
+
+std::string ToText(const Orbit& orbit) {
+    return Text("{}{} {}", orbit.isTurntable ? kTurntable : kOrbit, orbit.azimuth, orbit.elevation);
 }
 
 CameraView ViewFromText(std::string_view text, float aspect) {
@@ -160,6 +241,8 @@ CameraView ChooseView(const SceneData& scene, std::string_view choice, float asp
         return scene.cameras.empty() ? ViewOfBounds(scene.bounds, aspect) : ViewOf(scene.cameras[0], aspect);
     if (const std::optional<uint32_t> camera = FindCamera(scene, choice))
         return ViewOf(scene.cameras[*camera], aspect);
+    if (const std::optional<Orbit> orbit = OrbitFromText(choice))
+        return ViewOfBounds(scene.bounds, *orbit, aspect);
     if (IsViewText(choice)) return ViewFromText(choice, aspect);
     FailChoice(scene, choice);
 }

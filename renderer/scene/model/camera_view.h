@@ -4,6 +4,7 @@
 
 #include <glm/glm.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "base/api.h"
@@ -37,9 +38,30 @@ struct RAYGRAPH_API CameraView {
 // and shear of its node are ignored; a mirroring one does not mirror the picture.
 RAYGRAPH_API CameraView ViewOf(const Camera& camera, float aspect);
 
-// Returns a perspective camera that sees all of `bounds`, from the front, the right and slightly above. An
-// empty box is taken as the unit cube around the origin.
+// Gives the direction from which a scene is seen, in degrees.
+struct Orbit {
+    float azimuth = 0.0f;    // 0: from +z, the front of glTF; 90: from +x
+    float elevation = 0.0f;  // above the horizon, -90 to 90; from straight above, -z is up in the picture
+    // If true, the view is as far away as a camera that goes around the scene has to be, and looks at the
+    // axis that it goes around: pictures of one elevation fit together.
+    bool isTurntable = false;
+
+    bool operator==(const Orbit&) const = default;
+};
+
+// Returns a perspective camera that sees all of `bounds`: the projected box is in the middle of the picture,
+// and the side that fits tighter spans kFramedShare of it. Without an orbit it is seen from the front, the
+// right and slightly above; a board (far thinner than wide and high), from where its face is seen. An empty
+// box is taken as the unit cube around the origin.
+inline constexpr float kFramedShare = 0.9f;
 RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov = 0.7f);
+RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, const Orbit& orbit, float aspect,
+                                     float yFov = 0.7f);
+
+// Converts between an orbit and "orbit AZIMUTH ELEVATION" or "turntable AZIMUTH ELEVATION"; none: the text is
+// not one of these, or its elevation is out of range.
+RAYGRAPH_API std::optional<Orbit> OrbitFromText(std::string_view text);
+RAYGRAPH_API std::string ToText(const Orbit& orbit);
 
 // "eye target up fov": numbers separated by spaces or commas, fov the vertical angle in degrees.
 //   10 numbers: eye, target, up, fov     9: eye, target, up     7: eye, target, fov     6: eye, target
@@ -54,8 +76,8 @@ RAYGRAPH_API bool IsViewText(std::string_view text);
 RAYGRAPH_API std::optional<uint32_t> FindCamera(const SceneData& scene, std::string_view choice);
 
 // Returns the view of `--camera NAME|INDEX|"eye target up fov"`: a camera of the scene by name, then by
-// index, then by text; for an empty choice the scene's first camera, else one that frames its bounds. Throws
-// Error{Usage} listing the cameras.
+// index, then by text, also that of an orbit around its bounds; for an empty choice the scene's first camera,
+// else one that frames its bounds. Throws Error{Usage} listing the cameras.
 RAYGRAPH_API CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect);
 
 }  // namespace raygraph::scene
