@@ -1,4 +1,5 @@
 // Files of glTF: containers, JSON against the schema, extensions, and accessors.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,9 +78,9 @@ TEST(Glb, BytesAfterItsLengthAreIgnored) {
 }
 
 TEST(Json, DeepNestingIsRefusedBeforeParsing) {
-    const std::string open(1000000, '[');
+    const std::string open = "{\"a\":" + std::string(1000000, '[');
     EXPECT_EQ(SceneFolder().LoadError(ToBytes(open)),
-              "scene.gltf: JSON is nested deeper than 64 levels at byte 64");
+              "scene.gltf: JSON is nested deeper than 64 levels at byte 68");
     // Brackets in strings do not nest; a quote behind a backslash does not end a string.
     GltfDocument document;
     document.json["asset"]["generator"] = "\\\"" + std::string(100, '[') + "\"" + std::string(100, '{');
@@ -118,7 +119,20 @@ TEST(Asset, OtherVersionsAreRefused) {
          {"/asset/version", 2.0, "asset.version: is 2.0, must be a string"}});
     GltfDocument document;
     document.json.erase("asset");
-    EXPECT_EQ(LoadError(document), "scene.gltf: asset: is absent, must be an object");
+    EXPECT_EQ(LoadError(document), "scene.gltf: not a glTF file: its JSON has no \"asset\"");
+}
+
+TEST(Container, OtherFilesAreNamed) {
+    const auto error = [](std::string_view text) {
+        return SceneFolder().LoadError(ToBytes(std::string(text)));
+    };
+    EXPECT_EQ(error("hello"), "scene.gltf: not a glTF file: it begins with neither { nor glTF");
+    EXPECT_EQ(error("\x89PNG\r\n"), "scene.gltf: not a glTF file, but a PNG picture");
+    EXPECT_EQ(error("<html>"), "scene.gltf: not a glTF file, but an XML or HTML text, as COLLADA");
+    EXPECT_THAT(error("version https://git-lfs.github.com/spec/v1\n"),
+                testing::HasSubstr("run git lfs pull"));
+    EXPECT_THAT(error("{\"asset\": {\"version\": \"2.0\"},"),
+                testing::HasSubstr("cut short: not valid JSON"));
 }
 
 TEST(Extensions, UsedButUnknownOnesGiveAWarningEach) {

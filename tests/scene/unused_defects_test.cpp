@@ -355,7 +355,7 @@ TEST(BrokenCharacters, WholeOnesAreKeptWithoutAWord) {
 
 TEST(BrokenCharacters, ElsewhereOrInWhatIsUsedTheyAreErrors) {
     const std::string text = Named("x");
-    EXPECT_THAT(SceneFolder().LoadError(ToBytes("\xE9" + text)), HasSubstr("not valid JSON"));
+    EXPECT_THAT(SceneFolder().LoadError(ToBytes("\xE9" + text)), HasSubstr("not a glTF file"));
     EXPECT_THAT(SceneFolder().LoadError(ToBytes(Named("\\u12"))), HasSubstr("not valid JSON"));
     EXPECT_THAT(SceneFolder().LoadError(ToBytes(Named("\\x"))), HasSubstr("not valid JSON"));
     EXPECT_THAT(SceneFolder().LoadError(ToBytes(text.substr(0, text.find("x\"") + 1) + "\\")),

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -143,9 +144,44 @@ std::optional<RepairedText> RepairStrings(std::string_view json) {
     return repaired;
 }
 
+namespace {
+
+// The starts of files that are mistaken for glTF.
+constexpr std::pair<std::string_view, const char*> kOtherFormats[] = {
+    {"\x89PNG", "a PNG picture"},
+    {"\xFF\xD8\xFF", "a JPEG picture"},
+    {"RIFF", "a RIFF file, as WebP"},
+    {"\xABKTX", "a KTX texture"},
+    {"DDS ", "a DDS texture"},
+    {"#?RADIANCE", "a Radiance picture"},
+    {"v/1\x01", "an OpenEXR picture"},
+    {"Kaydara FBX", "an FBX file"},
+    {"BLENDER", "a .blend file"},
+    {"PXR-USDC", "a USD file"},
+    {"#usda", "a USD file"},
+    {"PK\x03\x04", "a ZIP archive, as .usdz"},
+    {"\x1F\x8B", "compressed with gzip"},
+    {"ply", "a PLY file"},
+    {"solid", "an STL file"},
+    {"<", "an XML or HTML text, as COLLADA"},
+    {"version https://git-lfs", "a pointer of Git LFS: run git lfs pull"}};
+
+// Refuses text that does not begin as an object of JSON.
+void RequireObjectText(std::string_view text, const std::string& label) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    const size_t start = text.find_first_not_of(" \t\r\n");
+    if (start != text.npos && text[start] == '{') return;
+    for (const auto& [begin, format] : kOtherFormats)
+        if (text.starts_with(begin)) Fail(label, Text("not a glTF file, but {}", format));
+    Fail(label, "not a glTF file: it begins with neither { nor glTF");
+}
+
+}  // namespace
+
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label) {
     if (file.empty()) Fail(label, "the file is empty");
     if (file.size() >= 4 && ReadU32(file, 0) == kGlbMagic) return OpenGlb(file, label);
+    RequireObjectText(AsText(file), label);
     return {.json = AsText(file), .binary = {}, .rest = {}};
 }
 
@@ -186,6 +222,7 @@ nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
     try {
         nlohmann::json json = nlohmann::json::parse(text);
         if (!json.is_object()) Fail(label, "the JSON text is not an object");
+        if (!json.contains("asset")) Fail(label, "not a glTF file: its JSON has no \"asset\"");
         return json;
     } catch (const nlohmann::json::exception& error) {
         // The text is "[json.exception.parse_error.101] parse error at line 1, column 3: ..." without the
@@ -193,7 +230,8 @@ nlohmann::json ParseJson(GltfContext& context, std::string_view text) {
         std::string_view what = error.what();
         if (const size_t end = what.find("] "); what.starts_with('[') && end != what.npos)
             what.remove_prefix(end + 2);
-        Fail(label, Text("not valid JSON: {}", Printable(what, 300)));
+        const bool isCut = what.find("unexpected end of input") != what.npos;
+        Fail(label, Text("{}not valid JSON: {}", isCut ? "cut short: " : "", Printable(what, 300)));
     }
 }
 
