@@ -47,10 +47,21 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     script.Play(editor, screen);
 }
 
+// Opens the window; without a display, the error tells how to make a picture.
+Window OpenWindow(const std::filesystem::path& config, const std::filesystem::path& scene) {
+    std::string ignored;  // not used: the editor reports it
+    try {
+        return Window("Raygraph", config.empty() ? Settings().window : ReadSettings(config, ignored).window);
+    } catch (const Error& error) {
+        const std::filesystem::path file = scene.empty() ? "FILE" : scene;
+        throw MakeError(error.Kind(), "{}; without one: raygraph render {} -o {}", error.what(),
+                        file.string(), file.stem().concat(".png").string());
+    }
+}
+
 void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     const std::filesystem::path config = ConfigFolder();
-    std::string ignored;  // not used: the editor reports it
-    Window window("Raygraph", config.empty() ? Settings().window : ReadSettings(config, ignored).window);
+    Window window = OpenWindow(config, options.scene);
     const std::unique_ptr<rhi::Device> device = openDevice(window.SurfaceExtensions());
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});

@@ -507,6 +507,7 @@ std::string Overview() {
     std::string text = "raygraph COMMAND --help shows the options of a command.\n\nExit status:\n";
     for (const ExitCodeText& each : kExitCodes)
         text += Text("  {:<24}  {}\n", static_cast<int>(each.code), each.text);
+    text += "\nraygraph FILE.glb, or .gltf, is short for raygraph edit FILE.glb.\n";
     text += "\nEnvironment:\n";
     for (const auto& [variable, meaning] : kEnvironment) text += Text("  {:<24}  {}\n", variable, meaning);
     return text;
@@ -524,12 +525,28 @@ std::string HelpOf(const CLI::App& app) {
 
 PictureSettings BenchDefaults() {
     PictureSettings settings;
+    settings.size = {640, 360};
     settings.paths.biases.maxDepth = 16;
     settings.light = DefaultLight::None;
     return settings;
 }
 
+namespace {
+
+// `raygraph scene.glb` is `raygraph edit scene.glb`.
+bool IsScene(std::string_view word) {
+    const std::string extension = LowerExtension(word);
+    return !word.starts_with('-') && (extension == ".glb" || extension == ".gltf");
+}
+
+}  // namespace
+
 Arguments ParseArguments(int argc, const char* const* argv) {
+    std::vector<const char*> words;
+    for (int i = 0; i < argc; ++i) {
+        if (i == 1 && IsScene(argv[i])) words.push_back("edit");
+        words.push_back(argv[i]);
+    }
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
     app.require_subcommand(0, 1);  // a missing command is our own error: CLI11's would hide a misspelt one
     app.get_formatter()->column_width(kHelpIndent);
@@ -570,7 +587,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
     try {
-        app.parse(argc, argv);
+        app.parse(static_cast<int>(words.size()), words.data());
     } catch (const CLI::CallForHelp&) {
         return ShowText{HelpOf(app)};
     } catch (const CLI::CallForAllHelp&) {

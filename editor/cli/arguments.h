@@ -39,7 +39,12 @@ struct DisplayArguments {
 };
 
 struct RenderArguments : OutputArguments, DisplayArguments {
+    // Apply where neither samples, nor a time, nor an error is given: a picture has its samples when its
+    // error is that of a clean one, or at the limit. A shard, and a view without an error, has
+    // kDefaultSamples.
     static constexpr uint32_t kDefaultSamples = 64;
+    static constexpr double kCleanError = 0.02, kDenoisedError = 0.05;
+    static constexpr uint32_t kMostSamples = 1024, kMostDenoisedSamples = 256;
 
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand
@@ -52,13 +57,14 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::optional<uint32_t> sampleOffset;
     std::optional<FrameRange>
         frames;  // renders a picture per frame; outputs and report are name patterns then
-    std::vector<std::string> cameras;  // a picture per camera, if there are several; `given` has the first
+    std::vector<std::string> cameras;   // a picture per camera, if there are several; `given` has the first
     std::optional<uint32_t> turntable;  // number of pictures around the scene; `cameras` are theirs
     bool isContactSheet = false;        // all pictures are shown in one
     std::optional<Shard> shard;        // samples, sampleOffset, frames and names are already the shard's
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
-    bool isDenoised = false;
+    // None: if the samples are left to the program, only .png and .jpg are written, and the picture can be.
+    std::optional<bool> denoise;
     std::optional<FileDenoiser> denoiser;
     std::string device;
     std::string devices;  // list; "": only `device`
@@ -68,6 +74,9 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::filesystem::path settingsFrom;       // "": none
     std::optional<double> checkpointMinutes;  // between saves; `resume` need not exist then
     TracingChoice tracing{};
+
+    // Returns whether the command line says when a picture has its samples.
+    bool GivesSampling() const { return samples || seconds || error; }
 };
 
 // Returns why there is nothing to render: a shard beyond the last sample or frame is empty. "" if there is
@@ -203,9 +212,9 @@ struct EditArguments : OutputArguments {
     bool isListingKeys = false;
 };
 
-// Returns the settings of a render, except for the depth, since a few long paths in a bright scene would
-// decide how long a frame takes, and for the light: scenes are timed in their own light alone, since the
-// studio would change the picture of stored results.
+// Returns the settings of a render, except for the size, that of stored results; for the depth, since a few
+// long paths in a bright scene would decide how long a frame takes, and for the light: scenes are timed in
+// their own light alone, since the studio would change the picture of stored results.
 PictureSettings BenchDefaults();
 
 // Describes a text for stdout (--help, --version), after which the program ends.

@@ -44,7 +44,8 @@ void EditCommand(const EditArguments& arguments, [[maybe_unused]] Console& conso
                       });
     console.log.RequireValid();
 #else
-    throw MakeError(ErrorKind::Usage, "edit {}: this program has no editor", arguments.scene.string());
+    throw MakeError(ErrorKind::Usage, "edit {}: this program has no editor; raygraph render needs none",
+                    arguments.scene.string());
 #endif
 }
 

@@ -30,7 +30,8 @@ struct Group {
 const Group kGroups[] = {
     {"Output",
      {"output", "size", "crop", "view", "transparent", "exposure", "tonemap", "white-point", "exr-type",
-      "contact-sheet", "aov", "denoise", "denoiser", "light-group", "resume", "checkpoint", "settings-from", "report"}},
+      "contact-sheet", "aov", "denoise", "no-denoise", "denoiser", "light-group", "resume", "checkpoint",
+      "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
     {"Camera", {"camera", "view-from", "orbit", "turntable", "aperture", "focus", "shutter"}},
     {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
@@ -365,7 +366,7 @@ void CheckTurntable(const RenderArguments& arguments) {
 
 void CheckContactSheet(const RenderArguments& arguments) {
     for (const OutputFile& picture : PicturesOf(arguments))
-        if (picture.kind != OutputKind::Png)
+        if (!IsDisplayed(picture.kind))
             Reject(Text("--contact-sheet: {} has no place for several pictures; give a .png", picture.path));
     if (!arguments.resume.empty() || arguments.checkpointMinutes)
         Reject("--contact-sheet keeps no samples: it goes with neither --resume nor --checkpoint");
@@ -466,6 +467,10 @@ passes::TonemapSettings DisplayOf(const DisplayArguments& arguments) {
     return display;
 }
 
+const char* TonemapName(TonemapOperator op) {
+    return op == TonemapOperator::Linear ? "raw" : Name(op);
+}
+
 void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::string_view>& names,
                  std::optional<FileDenoiser>& denoiser) {
     SetChoices(*AddOption(app, "--denoiser", "D", "Denoiser: " + help,
@@ -480,11 +485,26 @@ void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whiteP
               [&](const std::string& text) {
                   arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
               });
-    constexpr auto kOperators = Texts(TonemapOperator{});
+    std::vector<std::string_view> operators, notes;
+    for (const TonemapOperator op : Values<TonemapOperator>()) {
+        operators.push_back(TonemapName(op));
+        notes.push_back(op == TonemapOperator::Linear ? "not encoded, for measuring"
+                        : op == TonemapOperator::Srgb ? "no curve"
+                                                      : "");
+    }
     SetChoices(
-        *AddOption(app, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
-                   [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); }),
-        {kOperators.begin(), kOperators.end()});
+        *AddOption(
+            app, "--tonemap", "OP",
+            "Tone curve of a .png: " +
+                ListForHelp(operators, notes, static_cast<size_t>(display.tonemapOperator)),
+            [&arguments, operators](const std::string& text) {
+                if (text == Name(TonemapOperator::Linear))
+                    Reject(
+                        "linear numbers are for an .exr; a .png has no curve with srgb, and is not even "
+                        "encoded with raw");
+                arguments.tonemap = static_cast<TonemapOperator>(ParseChoice(text, operators));
+            }),
+        operators);
     AddOption(
         app, "--white-point", whitePoint,
         Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
@@ -505,7 +525,10 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         arguments.outputs);
     AddOption(
         *render, "--spp", "N",
-        Text("Samples a pixel ({}); with --resume the total to reach", RenderArguments::kDefaultSamples),
+        Text("Samples a pixel; with --resume the total to reach. Default: until the error is {} or there are "
+             "{}; denoised, {} or {}",
+             RenderArguments::kCleanError, RenderArguments::kMostSamples, RenderArguments::kDenoisedError,
+             RenderArguments::kMostDenoisedSamples),
         [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
     AddOption(*render, "--time", "SECONDS", "Render for this long instead of --spp",
               [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
@@ -561,9 +584,16 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     std::vector<std::string_view> aovs{"all"};
     for (const Aov named : kAovs) aovs.push_back(Name(named));
     SetChoices(*aov, aovs, Operands::List);
-    render->add_flag("--denoise", arguments.isDenoised,
-                     Wrapped("Show a denoised picture in a .png, and add it to an .exr as denoised.R, "
-                             "denoised.G and denoised.B; the others stay as they are"));
+    CLI::Option* denoise = render->add_flag_callback(
+        "--denoise", [&] { arguments.denoise = true; },
+        Wrapped(
+            "Show a denoised picture in a .png, and add it to an .exr as denoised.R, denoised.G and "
+            "denoised.B; the others stay as they are. Default: if all outputs are .png or .jpg, and neither "
+            "--spp, --time nor --error is given"));
+    render
+        ->add_flag_callback(
+            "--no-denoise", [&] { arguments.denoise = false; }, "Show the mean of the samples")
+        ->excludes(denoise);
     constexpr auto kDenoisers = Texts(passes::Denoiser{});
     AddDenoiser(*render, ListForHelp(passes::Denoiser::Network), {kDenoisers.begin(), kDenoisers.end()},
                 arguments.denoiser);
@@ -591,12 +621,12 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 }
 
 void CheckDisplay(const DisplayArguments& arguments, const std::vector<OutputFile>& pictures) {
-    const auto isPng = [](const OutputFile& picture) { return picture.kind == OutputKind::Png; };
+    const auto isShown = [](const OutputFile& picture) { return IsDisplayed(picture.kind); };
     const char* option = arguments.exposureEv   ? "--exposure"
                          : arguments.tonemap    ? "--tonemap"
                          : arguments.whitePoint ? "--white-point"
                                                 : nullptr;
-    if (option != nullptr && std::ranges::none_of(pictures, isPng))
+    if (option != nullptr && std::ranges::none_of(pictures, isShown))
         Reject(Text("{} is of a .png, and none is written", option));
 }
 
@@ -619,11 +649,11 @@ void CheckRender(const RenderArguments& arguments) {
             return o.kind == OutputKind::Exr;
         }))
         Reject("--exr-type is of an .exr, and none is written");
-    if (arguments.isDenoised && std::ranges::all_of(PicturesOf(arguments), [](const OutputFile& o) {
+    if (arguments.denoise == true && std::ranges::all_of(PicturesOf(arguments), [](const OutputFile& o) {
             return o.kind == OutputKind::Hdr;
         }))
         Reject("--denoise is of a .png and an .exr, and none is written");
-    if (arguments.denoiser && !arguments.isDenoised)
+    if (arguments.denoiser && arguments.denoise != true)
         Reject("--denoiser needs --denoise: add it, or leave --denoiser out");
     if (arguments.denoiser == FileDenoiser::Oidn)
         Reject(

@@ -50,6 +50,9 @@ void AddValidate(CLI::App& app, bool& isValidating);
 // Adds --denoiser; `help` lists its values, those of `names`, which completion offers.
 void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::string_view>& names,
                  std::optional<FileDenoiser>& denoiser);
+// Returns the name of --tonemap: what the operator Linear writes with eight bits is called raw, as nothing
+// else can show it.
+const char* TonemapName(TonemapOperator op);
 // Adds --exposure, --tonemap and --white-point; `whitePoint` is the operand of the last one.
 void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments);

@@ -61,7 +61,8 @@ OutputFile ParseOutput(const std::filesystem::path& path, std::span<const Output
     const bool isFolder = std::filesystem::is_directory(path, error);
     std::vector<std::string_view> texts;
     for (const OutputKind kind : kinds) {
-        if (!isFolder && extension == Name(kind)) return {path, kind};
+        const bool isKind = extension == Name(kind) || (kind == OutputKind::Jpg && extension == ".jpeg");
+        if (!isFolder && isKind) return {path, kind};
         texts.emplace_back(Name(kind));
     }
     const std::string endings =

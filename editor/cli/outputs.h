@@ -17,13 +17,14 @@
 
 namespace raygraph::cli {
 
-//   Png: 8-bit, tone-mapped
+//   Png, Jpg: 8-bit, tone-mapped
 //   Exr: linear float32 with channels and settings
 //   Hdr: linear RGBE
 #define RAYGRAPH_OUTPUT_KINDS(X, Of)                           \
     X(Of, Png, 0, ".png", "tone-mapped")                       \
-    X(Of, Exr, 1, ".exr", "linear, with AOVs, can be resumed") \
-    X(Of, Hdr, 2, ".hdr", "linear")
+    X(Of, Jpg, 1, ".jpg", "the same without alpha")            \
+    X(Of, Exr, 2, ".exr", "linear, with AOVs, can be resumed") \
+    X(Of, Hdr, 3, ".hdr", "linear")
 RAYGRAPH_CHOICE(OutputKind, RAYGRAPH_OUTPUT_KINDS)
 
 struct OutputFile {
@@ -36,10 +37,16 @@ inline constexpr const char* kDefaultPicture = "render.png";
 inline constexpr const char* kDefaultFrames = "render.####.png";
 inline constexpr rhi::Extent2D kSheetPicture{320, 320};  // is the default size of each in a contact sheet
 
-inline constexpr auto kOutputKinds = std::to_array({OutputKind::Png, OutputKind::Exr, OutputKind::Hdr});
+inline constexpr auto kOutputKinds =
+    std::to_array({OutputKind::Png, OutputKind::Jpg, OutputKind::Exr, OutputKind::Hdr});
 
-// Returns the kind by the extension, in any case. Throws Error{Usage} for one that is not of these kinds, and
-// for a folder.
+// Returns whether a picture of this kind is shown as it is: tone-mapped, with eight bits a channel.
+constexpr bool IsDisplayed(OutputKind kind) {
+    return kind == OutputKind::Png || kind == OutputKind::Jpg;
+}
+
+// Returns the kind by the extension, in any case; .jpeg is a .jpg. Throws Error{Usage} for one that is not of
+// these kinds, and for a folder.
 OutputFile ParseOutput(const std::filesystem::path& path, std::span<const OutputKind> kinds = kOutputKinds);
 
 // Throws unless AtomicFile can write every path: Error{Io} with the reason, or Error{Usage} for a path that

@@ -66,8 +66,8 @@ class Pictures {
                                 ? std::move(m_job.resumed)
                                 : ResumedFor(m_arguments, Current().name, m_console.log.ForLibraries());
                 isComplete = m_arguments.checkpointMinutes && m_resumed &&
-                             IsComplete(m_resumed->render, {.samples = m_job.samplesWanted,
-                                                            .relativeError = m_arguments.error}) &&
+                             IsComplete(m_resumed->render,
+                                        {.samples = m_job.samplesWanted, .relativeError = m_job.error}) &&
                              HasAllFiles();
             }
             if (m_group != nullptr) m_group->Broadcast(std::as_writable_bytes(std::span(&isComplete, 1)));
@@ -155,6 +155,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
         return ExitCode::Done;
     }
     arguments.outputs = PicturesOf(arguments);
+    if (group != nullptr && !arguments.denoise) arguments.denoise = false;  // processes cannot do it together
     // Check this first: an hour of rendering must not end in a file that cannot be written
     if (group == nullptr) CheckWritable(FilesOf(arguments), console.log.ForLibraries());
     const Log log = console.log.ForLibraries();
@@ -194,10 +195,10 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
                                 .aovs = job.aovs,
                                 .firstSample = job.firstSample,
                                 .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                                arguments.error.has_value() || group != nullptr ||
-                                                settings.isAdaptive || arguments.isDenoised,
+                                                job.error.has_value() || group != nullptr ||
+                                                settings.isAdaptive || job.isDenoised,
                                 .withSums = hasExr && arguments.exrType != ExrType::Half,
-                                .isDenoised = arguments.isDenoised,
+                                .isDenoised = job.isDenoised,
                                 .denoiser = static_cast<passes::Denoiser>(
                                     arguments.denoiser.value_or(FileDenoiser::Network)),
                                 .tonemap = display,

@@ -28,7 +28,7 @@ namespace raygraph::cli {
 
 namespace {
 
-std::string SummaryOf(const RenderArguments& arguments, const SessionResult& result, const RunSummary& run,
+std::string SummaryOf(const RenderJob& job, const SessionResult& result, const RunSummary& run,
                       uint32_t samplesBefore, size_t deviceCount) {
     const RenderFile& render = result.render;
     const uint64_t samples = SampleCount(render.samples);
@@ -40,12 +40,13 @@ std::string SummaryOf(const RenderArguments& arguments, const SessionResult& res
     if (samplesBefore > 0) line += Text(", {} of them new", samples - samplesBefore);
     line += ", " + session::ToText(render.size) + ", in " + DurationText(run.seconds);
     if (run.samplesPerSecond) line += ", " + FormatRate(*run.samplesPerSecond);
-    if (arguments.error && result.statistics.relativeError)
+    if (job.error && result.statistics.relativeError)
         line += ", relative error " + session::ToText(static_cast<float>(*result.statistics.relativeError));
     for (const auto& [bias, light] : result.removed) line += ", " + Describe(bias, light);
     if (const auto light = render.settings.find(kLightSetting);
         light != render.settings.end() && light->second == Name(DefaultLight::Studio))
         line += ", lit by the studio";
+    if (job.isDenoised) line += ", denoised";
     line += ", on " + render.device;
     return deviceCount > 1 ? line + Text(", {} devices", deviceCount) : line;
 }
@@ -147,7 +148,7 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
         showProgress = [&](const ProgressState& state) { progress.ShowSamples(picture.label, state); };
     StopRule rule{.samples = m_job.samplesWanted,
                   .seconds = m_arguments.seconds,
-                  .relativeError = m_arguments.error,
+                  .relativeError = m_job.error,
                   .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
                   .isPauseRequested = [&] { return IsSaveDue(); }};
     // A render whose samples are complete, but whose files are not, may have more samples than asked for now.
@@ -171,6 +172,9 @@ void Rendering::WritePicture(const OutputFile& picture, const RenderFile& render
     switch (picture.kind) {
         case OutputKind::Png:
             image::WritePng(picture.path, *display);
+            break;
+        case OutputKind::Jpg:
+            image::WriteJpeg(picture.path, *display);
             break;
         case OutputKind::Exr:
             WriteRenderFile(picture.path, render, m_console.log.ForLibraries(),
@@ -206,7 +210,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     const std::filesystem::path resumed =
         m_arguments.resume.empty() ? std::filesystem::path() : Named(m_arguments.resume, planned.name);
     std::optional<image::Image8> display;
-    if (std::ranges::any_of(pictures, [](const OutputFile& o) { return o.kind == OutputKind::Png; }))
+    if (std::ranges::any_of(pictures, [](const OutputFile& o) { return IsDisplayed(o.kind); }))
         display = m_session.Display();
     const bool hasNewSamples = samples > samplesBefore;
     // The render that can be resumed comes first.
@@ -230,6 +234,7 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
         outputs.Add(files.back(), [&, file = files.back()] {
             Report report = DescribeRun(m_devices, m_session, result, run);
             report.settings = SettingsForReport(m_arguments, result.render, m_job.samplesWanted);
+            if (m_job.error) report.settings["error"] = session::ToText(static_cast<float>(*m_job.error));
             WriteTextFile(file, ToJson(report));
         });
     }
@@ -270,14 +275,14 @@ void Rendering::Write(const PlannedPicture& planned, const RunSummary& run, uint
     if (m_result == ExitCode::Done) m_result = outputs.Result();
     if (m_arguments.isQuiet) return;
     for (const std::filesystem::path& file : files) PrintLine(file.string());
-    PrintLine(SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size()));
+    PrintLine(SummaryOf(m_job, result, run, samplesBefore, m_devices.size()));
 }
 
 void Rendering::AddToSheet(const RunSummary& run, uint32_t samplesBefore) {
     const SessionResult result = m_session.Result();
     m_console.progress.Clear();
     m_sheet.push_back(m_session.Display());
-    m_sheetSummary = SummaryOf(m_arguments, result, run, samplesBefore, m_devices.size());
+    m_sheetSummary = SummaryOf(m_job, result, run, samplesBefore, m_devices.size());
     Warn(run, m_session.SampleCount(), m_session.NonFiniteSamples(), "");
 }
 
@@ -438,6 +443,25 @@ bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
     return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
 }
 
+namespace {
+
+void PlanSamples(const RenderArguments& arguments, RenderJob& job) {
+    job.error = arguments.error;
+    job.samplesWanted = arguments.samples;
+    if (!IsAverageable(job.settings.view)) {
+        job.samplesWanted = 1;
+    } else if (!arguments.GivesSampling()) {
+        const bool isShard = arguments.shard && !arguments.frames;
+        job.samplesWanted = RenderArguments::kDefaultSamples;
+        if (job.settings.view != View::PathTraced || isShard) return;
+        job.error = job.isDenoised ? RenderArguments::kDenoisedError : RenderArguments::kCleanError;
+        job.samplesWanted =
+            job.isDenoised ? RenderArguments::kMostDenoisedSamples : RenderArguments::kMostSamples;
+    }
+}
+
+}  // namespace
+
 RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     RenderJob job;
     const image::ExrThreads threads;
@@ -467,13 +491,18 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
                         "--shard: --view {} is not averaged over samples, so that there is nothing to divide",
                         Name(job.settings.view));
     CheckView(arguments, job.settings);
-    if (const std::string why = NotDenoisedReason(job.settings); arguments.isDenoised && !why.empty())
-        throw MakeError(ErrorKind::Usage, "--denoise: {}", why);
+    const std::string notDenoised = NotDenoisedReason(job.settings);
+    if (arguments.denoise == true && !notDenoised.empty())
+        throw MakeError(ErrorKind::Usage, "--denoise: {}", notDenoised);
+    const bool isShown =
+        std::ranges::all_of(arguments.outputs, [](const OutputFile& o) { return IsDisplayed(o.kind); });
+    job.isDenoised =
+        arguments.denoise.value_or(isShown && !arguments.GivesSampling() && notDenoised.empty() &&
+                                   arguments.resume.empty() && arguments.devices.empty());
+    if (job.settings.paths.isEnvironmentHidden && WritesKind(arguments, OutputKind::Jpg))
+        throw Error(ErrorKind::Usage, "--transparent: a .jpg has no alpha; write a .png");
     RequireExrForChannels(arguments, job);
-    const bool isSingle = !IsAverageable(job.settings.view);
-    const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
-    if (!isOpenEnded)
-        job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);
+    PlanSamples(arguments, job);
     const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
     if (last > std::numeric_limits<uint32_t>::max())
         throw MakeError(ErrorKind::Usage, "--sample-offset {}: sample {} is beyond the last, 4294967295",
@@ -526,6 +555,8 @@ std::string JobText(const RenderJob& job) {
     for (const Aov aov : kAovs)
         if (job.aovs.Has(aov)) json["aovs"].push_back(Name(aov));
     if (job.samplesWanted) json["samples"] = *job.samplesWanted;
+    if (job.error) json["error"] = *job.error;
+    json["denoised"] = job.isDenoised;
     // CBOR takes names and patterns that are not valid UTF-8, which text may not hold
     const std::vector<uint8_t> bytes = nlohmann::json::to_cbor(json);
     return {bytes.begin(), bytes.end()};
@@ -539,6 +570,8 @@ RenderJob JobFrom(const std::string& text) {
         for (const auto& name : json.at("aovs")) job.aovs.Set(ParseChoice<Aov>(name.get<std::string>()));
         job.firstSample = json.at("first").get<uint32_t>();
         if (json.contains("samples")) job.samplesWanted = json.at("samples").get<uint32_t>();
+        if (json.contains("error")) job.error = json.at("error").get<double>();
+        job.isDenoised = json.at("denoised").get<bool>();
         return job;
     } catch (const nlohmann::json::exception& error) {
         throw MakeError(ErrorKind::BadInput, "the render that is asked for cannot be read: {}", error.what());

@@ -35,7 +35,9 @@ struct RenderJob {
     AovSet aovs;
     uint32_t firstSample = 0;
     std::optional<uint32_t> samplesWanted;  // total for a picture; none: until the time is up
-    std::optional<ResumedRender> resumed;   // for the first picture
+    std::optional<double> error;            // relative error of the whole picture that ends it before
+    bool isDenoised = false;
+    std::optional<ResumedRender> resumed;  // for the first picture
 };
 
 // Returns the settings of a stored render (--settings-from), for options that are not `given`, or the

@@ -135,7 +135,7 @@ session::SettingTexts SettingsForReport(const RenderArguments& arguments, const 
     if (arguments.seconds) texts["time"] = session::ToText(static_cast<float>(*arguments.seconds));
     if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
     texts["exposure"] = session::ToText(DisplayOf(arguments).exposureEv);
-    texts["tonemap"] = Name(DisplayOf(arguments).tonemapOperator);
+    texts["tonemap"] = TonemapName(DisplayOf(arguments).tonemapOperator);
     const WhitePoint white = arguments.whitePoint.value_or(WhitePoint{passes::kDisplayWhitePoint});
     texts["white-point"] = white.kelvin ? session::ToText(static_cast<float>(*white.kelvin)) : "auto";
     texts["exr-type"] = Name(arguments.exrType.value_or(ExrType::Float));

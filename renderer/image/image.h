@@ -105,6 +105,9 @@ RAYGRAPH_API Environment DecodeFloats(std::span<const std::byte> bytes, std::str
 RAYGRAPH_API std::vector<std::byte> EncodePng(const Image8& image, std::string_view name);
 RAYGRAPH_API void WritePng(const std::filesystem::path& path, const Image8& image);
 
+// Writes a baseline JPEG of quality 92, with colors at full resolution; alpha is dropped.
+RAYGRAPH_API void WriteJpeg(const std::filesystem::path& path, const Image8& image);
+
 // Writes Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values
 // become 0, values beyond the format its greatest.
 RAYGRAPH_API void WriteHdr(const std::filesystem::path& path, const ImageF& image);

@@ -225,6 +225,17 @@ TEST(Parse, BudgetIsASizeInMemoryOrAutomatic) {
 
 TEST(Parse, RadianceIsThreeNumbersThatAreNotNegative) {
     EXPECT_EQ(ParseRadiance("0,0.5,2e1"), (std::array<float, 3>{0.0f, 0.5f, 20.0f}));
+    EXPECT_EQ(ParseColor("0,0.5,2e1"), (std::array<float, 3>{0.0f, 0.5f, 20.0f}));
+    EXPECT_EQ(ParseColor("0.25"), (std::array<float, 3>{0.25f, 0.25f, 0.25f}));
+    EXPECT_EQ(ParseColor("white"), (std::array<float, 3>{1.0f, 1.0f, 1.0f}));
+    EXPECT_EQ(ParseColor("#FF0000"), ParseColor("red"));
+    const std::array<float, 3> mixed = ParseColor("#0a80ff");
+    EXPECT_NEAR(mixed[0], 10.0f / 255 / 12.92f, 1e-6f);
+    EXPECT_NEAR(mixed[1], 0.21586f, 1e-5f);
+    EXPECT_EQ(mixed[2], 1.0f);
+    for (const char* text : {"", "-1", "#12345", "#12345g", "#1234567", "1,2", "mauve"})
+        ExpectError(
+            ErrorKind::Usage, [&] { ParseColor(text); }, "#rrggbb");
     for (const char* text :
          {"", "1", "1,2", "1,2,3,4", "1,,3", "1,2,", "a,b,c", "-1,0,0", "nan,0,0", "1 2 3", "1e39,0,0"})
         ExpectError(

@@ -60,10 +60,10 @@ void ExpectSameChannels(const image::ExrImage& a, const image::ExrImage& b) {
 
 TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     const test::TemporaryFolder folder;
-    const ProgramResult result =
-        RenderCornell(folder, "--validate --spp 4 --aov all -o a.png -o a.exr -o a.hdr --report r.json");
+    const ProgramResult result = RenderCornell(
+        folder, "--validate --spp 4 --aov all -o a.png -o a.jpg -o a.exr -o a.hdr --report r.json");
     EXPECT_EQ(result.messages, "");
-    for (const char* text : {"a.png", "a.exr", "a.hdr", "r.json", "4 samples a pixel", "32x32"})
+    for (const char* text : {"a.png", "a.jpg", "a.exr", "a.hdr", "r.json", "4 samples a pixel", "32x32"})
         EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;
 
     const session::RenderFile render = session::ReadRenderFile(folder / "a.exr");
@@ -81,6 +81,13 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     const glm::vec3 normal(render.normal[4 * middle], render.normal[4 * middle + 1],
                            render.normal[4 * middle + 2]);
     EXPECT_NEAR(glm::length(normal), 1.0f, 0.5f);
+
+    const auto read = [&](const char* name) { return image::DecodeImage8(ReadFile(folder / name), name); };
+    const image::Image8 png = read("a.png"), jpg = read("a.jpg");
+    ASSERT_EQ(jpg.rgba.size(), png.rgba.size());
+    double difference = 0.0;
+    for (size_t i = 0; i < png.rgba.size(); ++i) difference += std::abs(int{png.rgba[i]} - int{jpg.rgba[i]});
+    EXPECT_LT(difference / static_cast<double>(png.rgba.size()), 4.0);
 
     const image::Environment hdr = image::ReadEnvironment(folder / "a.hdr");
     const float brightest = *std::max_element(render.radiance.begin(), render.radiance.end());

@@ -97,6 +97,41 @@ std::array<float, 3> ParseRadiance(std::string_view text) {
     RejectText(text, "three numbers like 0.5,0.5,1, none of them negative");
 }
 
+namespace {
+
+constexpr std::pair<std::string_view, std::string_view> kColorNames[] = {
+    {"black", "#000000"}, {"gray", "#808080"}, {"white", "#ffffff"},  {"red", "#ff0000"},
+    {"green", "#008000"}, {"blue", "#0000ff"}, {"yellow", "#ffff00"}, {"orange", "#ffa500"}};
+
+}  // namespace
+
+std::array<float, 3> ParseColor(std::string_view text) {
+    std::string_view digits = text;
+    std::string names;
+    for (const auto& [name, code] : kColorNames) {
+        if (text == name) digits = code;
+        (names += names.empty() ? "" : ", ") += name;
+    }
+    std::array<float, 3> color{};
+    uint32_t code = 0;
+    if (digits.size() == 7 && digits[0] == '#' &&
+        std::from_chars(digits.data() + 1, digits.data() + 7, code, 16).ptr == digits.data() + 7) {
+        for (int i = 0; i < 3; ++i) {
+            const float encoded = static_cast<float>(code >> (16 - 8 * i) & 255u) / 255.0f;
+            color[i] = encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+        }
+        return color;
+    }
+    try {
+        if (text.find(',') != text.npos) return ParseRadiance(text);
+        color.fill(static_cast<float>(ParseNumber(text, 0.0, std::numeric_limits<float>::max())));
+        return color;
+    } catch (const Error&) {
+        RejectText(text, "a color: a number, three as 0.5,0.5,1, none of them negative, #rrggbb, or one of " +
+                             names);
+    }
+}
+
 std::vector<std::string_view> ParseList(std::string_view text) {
     std::vector<std::string_view> parts;
     for (size_t begin = 0; begin <= text.size();) {

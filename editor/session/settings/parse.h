@@ -28,6 +28,9 @@ uint64_t ParseBudget(std::string_view text);
 rhi::Extent2D ParseSize(std::string_view text);
 // Parses "R,G,B" of finite numbers that are not negative.
 std::array<float, 3> ParseRadiance(std::string_view text);
+// Parses a color that is not negative as linear numbers: "R,G,B", one number for all three, "#rrggbb" of
+// sRGB, or a name such as "gray", with the numbers that CSS has for it.
+std::array<float, 3> ParseColor(std::string_view text);
 // Returns the parts between commas; throws for an empty part.
 std::vector<std::string_view> ParseList(std::string_view text);
 

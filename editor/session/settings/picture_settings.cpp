@@ -310,10 +310,13 @@ const std::vector<PictureSetting>& Table() {
              settings.environmentTint = ParseRadiance(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
-        {"background", "R,G,B", "Constant radiance of the environment, instead of a map. Default: {}",
+        {"background", "COLOR",
+         "Constant radiance of the environment, instead of a map: a number, R,G,B, #rrggbb or a name as "
+         "gray. "
+         "Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.background.reset();
-             if (text != "none") settings.background = ParseRadiance(text);
+             if (text != "none") settings.background = ParseColor(text);
          },
          [](const PictureSettings& settings) {
              return settings.background ? ToText(*settings.background) : std::string("none");

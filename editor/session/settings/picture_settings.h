@@ -39,7 +39,7 @@ inline constexpr const char* kRadiusHelp =
     ": in meters, or with % of the diagonal of the scene's bounds (off: left out)";
 
 struct PictureSettings {
-    Extent2D size{640, 360};             // pixels, 1 to 16384 per side
+    Extent2D size{1280, 720};            // pixels, 1 to 16384 per side
     std::optional<passes::Region> crop;  // rendered part of the picture; none: all of it
     View view = View::PathTraced;
     std::string camera;        // see scene::ChooseView; CameraText converts a view, scene::ToText an orbit

@@ -114,7 +114,7 @@ CameraView Framed(const FramedShape& shape, const glm::dvec3& toEye, const glm::
 }
 
 // A box is a board if it is thinner than this share of its height and its width.
-constexpr float kBoard = 0.1f;
+constexpr float kBoard = 0.15f;
 // One that lies is taken for a floor, with something on it, unless it is thinner than this.
 constexpr float kSheet = 0.01f;
 
