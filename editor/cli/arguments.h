@@ -1,6 +1,7 @@
 // Holds the parsed command line, checked as far as possible without opening a file.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -38,6 +39,12 @@ struct DisplayArguments {
     std::optional<WhitePoint> whitePoint;  // none: the white point of the display
 };
 
+// Says what is behind the scene in a .png; `given` hides the environment then.
+struct BackdropChoice {
+    std::optional<std::array<float, 3>> color;  // linear
+    float blurDegrees = 0.0f;                   // of the environment map, without a color
+};
+
 struct RenderArguments : OutputArguments, DisplayArguments {
     // Apply where neither samples, nor a time, nor an error is given: a picture has its samples when its
     // error is that of a clean one, or at the limit. A shard, and a view without an error, has
@@ -60,7 +67,8 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::vector<std::string> cameras;   // a picture per camera, if there are several; `given` has the first
     std::optional<uint32_t> turntable;  // number of pictures around the scene; `cameras` are theirs
     bool isContactSheet = false;        // all pictures are shown in one
-    std::optional<Shard> shard;        // samples, sampleOffset, frames and names are already the shard's
+    std::optional<BackdropChoice> backdrop;  // none: the environment, or nothing with --transparent on
+    std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already the shard's
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
     // None: if the samples are left to the program, only .png and .jpg are written, and the picture can be.

@@ -34,7 +34,7 @@ const Group kGroups[] = {
       "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
     {"Camera", {"camera", "view-from", "orbit", "turntable", "aperture", "focus", "shutter"}},
-    {"Light", {"env", "env-rotation", "env-tint", "background", "light", "shadows"}},
+    {"Light", {"backdrop", "env", "env-rotation", "env-tint", "background", "light", "shadows"}},
     {"Scene", {"scene", "variant", "at", "clips", "frames", "points", "lines", "root"}},
     {"Biases",
      {"max-depth", "clamp-indirect", "regularize", "shadow-terminator", "texture-lod", "texture-budget"}},
@@ -320,6 +320,23 @@ WhitePoint ParseWhitePoint(const std::string& text) {
     }
 }
 
+void SetBackdrop(RenderArguments& arguments, const std::string& text) {
+    if (arguments.given.contains("transparent")) Reject("--backdrop and --transparent exclude each other");
+    arguments.given["transparent"] = text == "map" ? "off" : "on";
+    if (text == "map" || text == "transparent") return;
+    BackdropChoice& backdrop = arguments.backdrop.emplace();
+    constexpr std::string_view kBlur = "blur:";
+    if (text.starts_with(kBlur)) {
+        backdrop.blurDegrees = static_cast<float>(ParseNumber(text.substr(kBlur.size()), 0.5, 90.0));
+        return;
+    }
+    try {
+        backdrop.color = ParseColor(text);
+    } catch (const Error& error) {
+        throw MakeError(error.Kind(), "{}; nor map, blur:N or transparent", error.what());
+    }
+}
+
 // Lists the AOVs from `first` up to `end`, which is excluded; without `end`, all the rest.
 std::string ListOf(Aov first, std::optional<Aov> end) {
     std::string list;
@@ -556,6 +573,13 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddCameras(*render, arguments);
     AddOrbits(*render, arguments.given);
     AddOption(
+        *render, "--backdrop", "BACKDROP",
+        "What a .png shows behind the scene: map (the environment as it is; default), blur:N (blurred by N "
+        "degrees), transparent, or a color as for --background, which neither exposure nor tone curve "
+        "change. The environment lights and is mirrored all the same. An .exr is transparent there, but "
+        "for map",
+        [&](const std::string& text) { SetBackdrop(arguments, text); });
+    AddOption(
         *render, "--turntable", "N",
         "Render N pictures from all around the scene, the first from --orbit (0,15); a run of # in names of "
         "outputs is the number, as name.##.png",
@@ -645,6 +669,9 @@ void CheckRender(const RenderArguments& arguments) {
     if (!arguments.settingsFrom.empty() && !arguments.resume.empty())
         Reject("--settings-from begins a render; --resume goes on with one");
     CheckDisplay(arguments, PicturesOf(arguments));
+    if (arguments.backdrop &&
+        std::ranges::none_of(PicturesOf(arguments), [](const OutputFile& o) { return IsDisplayed(o.kind); }))
+        Reject("--backdrop is of a .png, and none is written; an .exr has the scene with --transparent on");
     if (arguments.exrType && std::ranges::none_of(PicturesOf(arguments), [](const OutputFile& o) {
             return o.kind == OutputKind::Exr;
         }))

@@ -117,6 +117,18 @@ class Pictures {
     std::optional<ResumedRender> m_resumed;
 };
 
+std::optional<Backdrop> BackdropFor(const RenderArguments& arguments, const PictureSettings& settings,
+                                    const SceneInput& input) {
+    if (!arguments.backdrop) return std::nullopt;
+    if (arguments.backdrop->color) return Backdrop{.color = arguments.backdrop->color, .map = {}};
+    std::optional<image::ImageF> map = BlurredEnvironment(input, settings, arguments.backdrop->blurDegrees);
+    if (!map)
+        throw MakeError(ErrorKind::Usage,
+                        "--backdrop blur: {} has no map to blur; it needs --env or --light studio",
+                        input.file);
+    return Backdrop{.color = {}, .map = std::move(*map)};
+}
+
 // The root plans the job, and sends it to the others.
 RenderJob SharedJob(const RenderArguments& arguments, Console& console, ProcessGroup* group) {
     const Log log = console.log.ForLibraries();
@@ -184,27 +196,29 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Resumed() == nullptr)
         RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
     WarnIfUnlit(console.log, job, input);
+    std::optional<Backdrop> backdrop = BackdropFor(arguments, settings, input);
     std::vector<std::unique_ptr<rhi::Device>> devices = opening.get();
     std::vector<rhi::Device*> used;
     for (const auto& device : devices) used.push_back(device.get());
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);
     const passes::TonemapSettings display = DisplayFor(arguments, settings, input);
     std::optional<Session> session;
-    session.emplace(used, std::move(input),
-                    SessionDesc{.settings = settings,
-                                .aovs = job.aovs,
-                                .firstSample = job.firstSample,
-                                .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
-                                                job.error.has_value() || group != nullptr ||
-                                                settings.isAdaptive || job.isDenoised,
-                                .withSums = hasExr && arguments.exrType != ExrType::Half,
-                                .isDenoised = job.isDenoised,
-                                .denoiser = static_cast<passes::Denoiser>(
-                                    arguments.denoiser.value_or(FileDenoiser::Network)),
-                                .tonemap = display,
-                                .resumed = pictures.Resumed(),
-                                .tracing = arguments.tracing,
-                                .group = group});
+    session.emplace(
+        used, std::move(input),
+        SessionDesc{
+            .settings = settings,
+            .aovs = job.aovs,
+            .firstSample = job.firstSample,
+            .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() || job.error.has_value() ||
+                            group != nullptr || settings.isAdaptive || job.isDenoised,
+            .withSums = hasExr && arguments.exrType != ExrType::Half,
+            .isDenoised = job.isDenoised,
+            .denoiser = static_cast<passes::Denoiser>(arguments.denoiser.value_or(FileDenoiser::Network)),
+            .tonemap = display,
+            .backdrop = std::move(backdrop),
+            .resumed = pictures.Resumed(),
+            .tracing = arguments.tracing,
+            .group = group});
     // An hour of rendering must not end in a camera that is not there, either
     for (const std::string& camera : arguments.cameras) session->RequireCamera(camera);
     progress.ShowStep("building acceleration structures, compiling shaders");

@@ -499,7 +499,8 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     job.isDenoised =
         arguments.denoise.value_or(isShown && !arguments.GivesSampling() && notDenoised.empty() &&
                                    arguments.resume.empty() && arguments.devices.empty());
-    if (job.settings.paths.isEnvironmentHidden && WritesKind(arguments, OutputKind::Jpg))
+    if (job.settings.paths.isEnvironmentHidden && !arguments.backdrop &&
+        WritesKind(arguments, OutputKind::Jpg))
         throw Error(ErrorKind::Usage, "--transparent: a .jpg has no alpha; write a .png");
     RequireExrForChannels(arguments, job);
     PlanSamples(arguments, job);

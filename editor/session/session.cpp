@@ -16,6 +16,8 @@
 #include "editor/session/settings/error_goal.h"
 #include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/session_checks.h"
+#include "passes/pixel_list.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {
 
@@ -75,6 +77,10 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
+          backdrop(desc.backdrop),
+          size(desc.settings.size),
+          part(RenderedPart(desc.settings)),
+          environmentRotation(glm::radians(desc.settings.environmentRotation)),
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
         if (desc.tracing.traversal == Traversal::Software && !shared.DriverTraversalReason().empty())
             WarnDriverTraversal(devices.front()->Log(), shared.DriverTraversalReason());
@@ -136,6 +142,8 @@ struct Session::Impl {
             {most, rule.samples.value_or(most), goal.NextStop(shared.SampleCount()).value_or(most)}));
     }
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress);
+    // Returns the picture over its backdrop.
+    image::Image8 Backed(const image::Image8& picture);
     ProgressState StateAt(const Stopwatch& watch, uint32_t before, const StopRule& rule,
                           const RunSummary& soFar, uint32_t doneAtFirst);
 
@@ -145,8 +153,30 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
+    std::optional<Backdrop> backdrop;
+    Extent2D size;
+    passes::Region part;        // of the picture
+    float environmentRotation;  // radians
     SharedRender shared;
 };
+
+image::Image8 Session::Impl::Backed(const image::Image8& picture) {
+    if (backdrop->color) return Over(picture, *backdrop->color);
+    DeviceScene& scene = shared.First().Scene();
+    const image::ImageF seen =
+        SeenOf(backdrop->map, environmentRotation, scene.SettingsFor(0).camera, size, part);
+    Renderer& renderer = scene.GraphRenderer();
+    passes::TonemapSettings opaque = plan.tonemap;
+    opaque.isOpaque = true;
+    opaque.isUnassociated = false;
+    renderer.BeginFrame();
+    const TextureId radiance =
+        passes::UploadTexels(renderer, std::as_bytes(std::span(seen.rgba)),
+                             renderer.CreateTexture("backdrop", {part.Extent(), Format::Rgba32Float}));
+    const Readback shown = renderer.ReadBack(passes::Tonemap(renderer, radiance, opaque));
+    renderer.Execute();
+    return Over(picture, {part.width, part.height, WaitForValues<uint8_t>(shown)});
+}
 
 ProgressState Session::Impl::StateAt(const Stopwatch& watch, uint32_t before, const StopRule& rule,
                                      const RunSummary& soFar, uint32_t doneAtFirst) {
@@ -292,7 +322,8 @@ SessionResult Session::Result() const {
 
 image::Image8 Session::Display() const {
     if (!m_impl->shared.HasPicture()) Reject("there is no picture before a run");
-    return m_impl->shared.Display();
+    image::Image8 picture = m_impl->shared.Display();
+    return m_impl->backdrop ? m_impl->Backed(picture) : picture;
 }
 
 uint32_t Session::SampleCount() const {

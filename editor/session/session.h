@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "editor/session/backdrop.h"
 #include "editor/session/file/image_statistics.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/file/resume.h"
@@ -57,7 +58,10 @@ struct SessionDesc {
     // The number of samples that a frame traces at once if the picture allows several: a power of two up to
     // 64; 0: as many as fill the device. It does not affect the bits.
     uint32_t batchSize = 0;
-    passes::TonemapSettings tonemap{};       // used by Session::Display
+    passes::TonemapSettings tonemap{};  // used by Session::Display
+    // What Session::Display shows where the environment is hidden (PathSettings::isEnvironmentHidden); none:
+    // the picture has an alpha there.
+    std::optional<Backdrop> backdrop;
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
     TracingChoice tracing{};                 // other than Auto for measurements
     // The other processes that render the picture; null: none. It outlives the session. Each process has a
@@ -144,8 +148,8 @@ class RAYGRAPH_API Session {
     // waits.
     SessionResult Result() const;
     // Returns the tone-mapped picture, or the view as passes::PaintView shows it, in sRGB. It is opaque
-    // unless the environment is hidden (PathSettings::isEnvironmentHidden): then alpha is coverage, and the
-    // color is that of the covered part.
+    // unless the environment is hidden (PathSettings::isEnvironmentHidden) and there is no backdrop: then
+    // alpha is coverage, and the color is that of the covered part.
     image::Image8 Display() const;
 
     uint32_t SampleCount() const;  // returns the samples of the picture, resumed ones included
