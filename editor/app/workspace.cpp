@@ -228,6 +228,7 @@ void Workspace::FinishLoadingEnvironment() {
         m_environmentHash = environment.hash;
         for (const std::string& warning : loaded.warnings)
             device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
+        if (!loaded.note.empty()) device.Log().Send(LogLevel::Info, log_category::kScene, loaded.note);
         ShowMessage(loaded.warnings.empty() ? "" : loaded.warnings.front());
     });
 }

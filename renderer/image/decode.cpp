@@ -52,17 +52,15 @@ void RequireFinite(const ImageF& image, std::string_view name) {
 }
 
 // Light is not negative, or it would poison every sample that meets it.
-void ClampNegative(ImageF& image, std::string_view name, std::vector<std::string>& warnings) {
+std::string ClampNegative(ImageF& image, std::string_view name) {
     uint64_t negativeCount = 0;
-    size_t firstNegative = 0;
-    for (size_t i = 0; i < image.rgba.size(); ++i) {
-        if (!(image.rgba[i] < 0.0f)) continue;
-        if (negativeCount++ == 0) firstNegative = i;
-        image.rgba[i] = 0.0f;
+    for (float& value : image.rgba) {
+        if (!(value < 0.0f)) continue;
+        ++negativeCount;
+        value = 0.0f;
     }
-    if (negativeCount > 0)
-        warnings.push_back(Text("{}: {} negative values set to 0, the first at pixel {}", name, negativeCount,
-                                PixelText(image, firstNegative)));
+    if (negativeCount == 0) return {};
+    return Text("{}: {} set to 0", name, Counted(negativeCount, "negative value", "negative values"));
 }
 
 }  // namespace
@@ -154,7 +152,7 @@ Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view
                               const DecodeLimits& limits) {
     Environment environment = DecodeFloats(bytes, name, limits);
     RequireFinite(environment.image, name);
-    ClampNegative(environment.image, name, environment.warnings);
+    environment.note = ClampNegative(environment.image, name);
     return environment;
 }
 

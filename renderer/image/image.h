@@ -80,14 +80,15 @@ RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_v
 struct Environment {
     ImageF image;                       // alpha is 1 where the file has none
     std::vector<std::string> warnings;  // one line each, starting with the file's name
+    std::string note;                   // likewise, for information: values that were clamped; "": none
 };
 
 // Reads Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part,
 // scan lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in
-// the file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes
-// 0 with a warning. An EXR's picture is its display window, black outside the data window; with an envmap
-// attribute it is the data window. Chromaticities other than those of Rec. 709 are converted to Rec. 709,
-// white to white.
+// the file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value, as
+// resampling leaves some, becomes 0 with a note. An EXR's picture is its display window, black outside the
+// data window; with an envmap attribute it is the data window. Chromaticities other than those of Rec. 709
+// are converted to Rec. 709, white to white.
 RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
                                          const DecodeLimits& limits = kEnvironmentLimits);
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,

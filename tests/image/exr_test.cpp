@@ -558,8 +558,8 @@ TEST(Environment, OtherPrimariesAreConvertedToRec709) {
     ASSERT_EQ(environment.image.rgba.size(), expected.size());
     for (size_t i = 0; i < expected.size(); ++i)
         EXPECT_NEAR(environment.image.rgba[i], expected[i], 2e-5f) << i;
-    ASSERT_EQ(environment.warnings.size(), 1u);
-    EXPECT_EQ(environment.warnings[0], "x.exr: 6 negative values set to 0, the first at pixel (0, 0)");
+    EXPECT_EQ(environment.warnings.size(), 0u);
+    EXPECT_EQ(environment.note, "x.exr: 6 negative values set to 0");
     // A color within the gamut is converted by rows of the same matrix
     const std::vector<std::vector<float>> inside = {{0.5f}, {0.4f}, {0.3f}};
     const ImageF image = DecodeEnvironment(MakeExr({.chromaticities = kAces}, inside), "x.exr").image;
@@ -643,8 +643,8 @@ TEST(Environment, NegativeTexelBecomesZeroWithAWarning) {
     const Environment environment = DecodeEnvironment(MakeExr({.width = 7, .height = 5}, planes), "x.exr");
     planes[0][8] = planes[2][30] = 0.0f;
     EXPECT_EQ(environment.image.rgba, Interleaved(planes));
-    ASSERT_EQ(environment.warnings.size(), 1u);
-    EXPECT_EQ(environment.warnings[0], "x.exr: 2 negative values set to 0, the first at pixel (1, 1)");
+    EXPECT_EQ(environment.warnings.size(), 0u);
+    EXPECT_EQ(environment.note, "x.exr: 2 negative values set to 0");
 }
 
 TEST(Environment, MissingColorIsRefusedWithWhatThereIs) {

@@ -42,6 +42,7 @@ void LoadEnvironment(SceneInput& input, const std::filesystem::path& path, const
     image::Environment read = AsInput([&] { return image::ReadEnvironment(path); });
     for (const std::string& warning : read.warnings)
         log.Send(LogLevel::Warning, log_category::kScene, warning);
+    if (!read.note.empty()) log.Send(LogLevel::Info, log_category::kScene, read.note);
     WriteLog(log, LogLevel::Info, log_category::kScene, "{}: {} x {} pixels read in {}",
              Printable(path.filename().string()), read.image.width, read.image.height,
              DurationText(watch.Seconds()));
