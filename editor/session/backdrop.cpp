@@ -155,16 +155,19 @@ image::ImageF SeenOf(const image::ImageF& map, float rotation, const gpu::Camera
             const double turns = 0.5 + (std::atan2(d.z, d.x) + double{rotation}) / (2.0 * pi);
             const double v = std::atan2(std::hypot(d.x, d.z), d.y) / pi;
             const double column = (turns - std::floor(turns)) * map.width - 0.5,
-                         row = std::clamp(v * map.height - 0.5, 0.0, map.height - 1.0);
-            const auto x0 = static_cast<int64_t>(std::floor(column));
-            const auto y0 = static_cast<uint32_t>(row), y1 = std::min(y0 + 1, map.height - 1);
-            const double fx = column - static_cast<double>(x0), fy = row - y0;
-            const auto at = [&](int64_t i, uint32_t j) {
-                return TexelOf(map, static_cast<uint32_t>((i + map.width) % map.width), j);
+                         row = v * map.height - 0.5;
+            const auto x0 = static_cast<int64_t>(std::floor(column)), y0 = static_cast<int64_t>(std::floor(row));
+            const double fx = column - static_cast<double>(x0), fy = row - static_cast<double>(y0);
+            // Beyond a pole is the row on its other side
+            const auto at = [&](int64_t i, int64_t j) {
+                const bool isBeyond = j < 0 || j >= map.height;
+                const int64_t turned = isBeyond ? i + map.width / 2 : i;
+                return TexelOf(map, static_cast<uint32_t>((turned + map.width) % map.width),
+                               static_cast<uint32_t>(std::clamp<int64_t>(j, 0, map.height - 1)));
             };
             SetTexel(seen, x, y,
                      (1.0 - fy) * ((1.0 - fx) * at(x0, y0) + fx * at(x0 + 1, y0)) +
-                         fy * ((1.0 - fx) * at(x0, y1) + fx * at(x0 + 1, y1)));
+                         fy * ((1.0 - fx) * at(x0, y0 + 1) + fx * at(x0 + 1, y0 + 1)));
         }
     return seen;
 }

@@ -82,7 +82,7 @@ TEST(Arguments, DenoisingIsOfPngAndExr) {
     EXPECT_EQ(ParseRender("box.gltf --denoise -o a.hdr -o a.png").denoise, true);
     EXPECT_EQ(ParseRender("box.gltf --no-denoise").denoise, false);
     ExpectUsage("render box.gltf --denoise --no-denoise", "--no-denoise");
-    EXPECT_TRUE(ParseRender("box.gltf --denoise").isDenoised);
+    EXPECT_TRUE(ParseRender("box.gltf --denoise").denoise.has_value());
     EXPECT_EQ(ParseRender("box.gltf --denoise --denoiser regression").denoiser, FileDenoiser::Regression);
     ExpectUsage("render box.gltf --denoiser regression", "--denoise");
     ExpectUsage("render box.gltf --denoise --denoiser median", "median", "network", "regression", "oidn");
@@ -302,7 +302,7 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
     for (const char* text :
          {"sobol (Owen-scrambled; default), pcg or tea",
           "uniform, power or bvh (by its possible contribution; default)",
-          "linear, srgb, reinhard, aces, agx or neutral (default)", "balance, power (default) or off",
+          "srgb (no curve), reinhard, aces, agx or neutral (default)", "balance, power (default) or off",
           "throughput (default), constant:P (each bounce survives with P), frame:P",
           "emission, direct, indirect, or by its first scattering: diffuse, specular, transmission;"})
         EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
@@ -326,7 +326,7 @@ TEST(Arguments, HelpSaysTheDefaultsOfItsOwnCommand) {
         for (const std::string& text : texts)
             EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
     };
-    expect("render --help", {"or none. Default: none", "Samples a pixel (64);",
+    expect("render --help", {"or none. Default: none", "Samples a pixel; with --resume",
                              "first sample (0):", "Exposure of a .png in stops (0)"});
     expect("bench --help",
            {"or none. Default: 16", "in a round (8)", "over all of them (5)", "may rise (0.05)"});
@@ -538,7 +538,8 @@ TEST(OptionText, SaysWhichFilesAnOptionTakes) {
 }
 
 TEST(OptionText, IsBriefWithItsFirstClause) {
-    EXPECT_EQ((OptionText{.help = "Samples a pixel (64); with more"}.Brief()), "Samples a pixel (64)");
+    EXPECT_EQ((OptionText{.help = "Samples a pixel; with --resume with more"}.Brief()),
+              "Samples a pixel (64)");
     EXPECT_EQ((OptionText{.help = "Bias: end paths"}.Brief()), "Bias: end paths");
     EXPECT_EQ((OptionText{.help = "Random numbers: a or b", .choices = {"a", "b"}}.Brief()),
               "Random numbers");

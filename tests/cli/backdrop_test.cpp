@@ -113,9 +113,10 @@ TEST(Backdrop, ColorIsShownAsItIsAndTheSceneStaysLit) {
         EXPECT_EQ(shown.rgba[i + 3], 255);
         const bool isBehind = cut.rgba[i + 3] == 0;
         behind += isBehind;
-        if (isBehind)
-            EXPECT_EQ((glm::ivec3(shown.rgba[i], shown.rgba[i + 1], shown.rgba[i + 2])),
-                      glm::ivec3(0x33, 0x66, 0x99));
+        const glm::ivec3 color(shown.rgba[i], shown.rgba[i + 1], shown.rgba[i + 2]);
+        if (isBehind) {
+            EXPECT_EQ(color, glm::ivec3(0x33, 0x66, 0x99));
+        }
         if (cut.rgba[i + 3] != 255) continue;
         ++inFront;
         for (size_t c = 0; c < 3; ++c) EXPECT_EQ(shown.rgba[i + c], cut.rgba[i + c]);

@@ -130,9 +130,9 @@ TEST(Container, OtherFilesAreNamed) {
     EXPECT_EQ(error("\x89PNG\r\n"), "scene.gltf: not a glTF file, but a PNG picture");
     EXPECT_EQ(error("<html>"), "scene.gltf: not a glTF file, but an XML or HTML text, as COLLADA");
     EXPECT_THAT(error("version https://git-lfs.github.com/spec/v1\n"),
-                testing::HasSubstr("run git lfs pull"));
+                ::testing::HasSubstr("run git lfs pull"));
     EXPECT_THAT(error("{\"asset\": {\"version\": \"2.0\"},"),
-                testing::HasSubstr("cut short: not valid JSON"));
+                ::testing::HasSubstr("cut short: not valid JSON"));
 }
 
 TEST(Extensions, UsedButUnknownOnesGiveAWarningEach) {

@@ -107,7 +107,7 @@ CameraView Framed(const FramedShape& shape, const glm::dvec3& toEye, const glm::
     const double x = fit(right, slopeX), y = fit(upward, slopeY);
     // A line that points at the camera projects to a point, which it must not touch
     const double depth = shape.Support(forward);
-    const double distance = std::max(nearest, depth + 1e-3 * glm::length(shape.half));
+    const double distance = std::max(nearest, depth + 1e-6 * glm::length(shape.half));
     view.eye = shape.center + x * right + y * upward - distance * forward;
     view.zNear = static_cast<float>(std::min(1e-3 * distance, 0.5 * (distance - depth)));
     return view;
