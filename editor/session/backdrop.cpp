@@ -154,9 +154,9 @@ image::ImageF SeenOf(const image::ImageF& map, float rotation, const gpu::Camera
             const glm::dvec3 d = camera.orthographic != 0 ? forward : forward + filmX * right + filmY * up;
             const double turns = 0.5 + (std::atan2(d.z, d.x) + double{rotation}) / (2.0 * pi);
             const double v = std::atan2(std::hypot(d.x, d.z), d.y) / pi;
-            const double column = (turns - std::floor(turns)) * map.width - 0.5,
-                         row = v * map.height - 0.5;
-            const auto x0 = static_cast<int64_t>(std::floor(column)), y0 = static_cast<int64_t>(std::floor(row));
+            const double column = (turns - std::floor(turns)) * map.width - 0.5, row = v * map.height - 0.5;
+            const auto x0 = static_cast<int64_t>(std::floor(column));
+            const auto y0 = static_cast<int64_t>(std::floor(row));
             const double fx = column - static_cast<double>(x0), fy = row - static_cast<double>(y0);
             // Beyond a pole is the row on its other side
             const auto at = [&](int64_t i, int64_t j) {
