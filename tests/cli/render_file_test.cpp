@@ -433,7 +433,7 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
 
     file.channels.back().samples = std::vector<uint32_t>{4, 4};
     image::WriteExr(path, file);
-    ExpectError(ErrorKind::BadInput, read, "a.exr", "size 640x360", "2x1");
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "size 1280x720", "2x1");
 
     file.attributes["raygraph.setting.size"] = "2x1";
     file.attributes["raygraph.setting.seed"] = "twelve";
