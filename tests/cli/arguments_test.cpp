@@ -538,7 +538,7 @@ TEST(OptionText, SaysWhichFilesAnOptionTakes) {
 }
 
 TEST(OptionText, IsBriefWithItsFirstClause) {
-    EXPECT_EQ((OptionText{.help = "Samples a pixel; with --resume with more"}.Brief()),
+    EXPECT_EQ((OptionText{.help = "Samples a pixel (64); with --resume with more"}.Brief()),
               "Samples a pixel (64)");
     EXPECT_EQ((OptionText{.help = "Bias: end paths"}.Brief()), "Bias: end paths");
     EXPECT_EQ((OptionText{.help = "Random numbers: a or b", .choices = {"a", "b"}}.Brief()),

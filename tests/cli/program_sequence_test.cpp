@@ -241,7 +241,7 @@ TEST(ProgramCamera, EachIsRenderedInEachFrame) {
 TEST(ProgramCamera, TurntableAndContactSheetHaveTheSamePictures) {
     const TemporaryFolder folder;
     const std::string options =
-        "render @material_row.gltf --brdf lambert --nee off --spp 1 --turntable 3 --orbit 20,10 --size 8x6 ";
+        "render @material_row.gltf --view normals --spp 1 --turntable 3 --orbit 20,10 --size 8x6 ";
     RunWell(folder, options + "-o turn.##.png");
     RunWell(folder, options + "--contact-sheet -o sheet.png");
     const image::Image8 sheet = Png(folder, "sheet.png");

@@ -137,7 +137,7 @@ Checkpoints, shards, several cameras and devices:
 2 | render @cornell.gltf --turntable 4 -o a.png | "a.png" has no single run of # for the numbers of --turntable
 2 | render @cornell.gltf --turntable 4 --camera 0 | --orbit or --view-from gives its start
 2 | render @cornell.gltf --turntable 4 --frames 0:1:1 | --turntable and --frames exclude each other
-2 | render @cornell.gltf --contact-sheet -o a.exr | --contact-sheet: "a.exr" has no place for several pictures; give a .png
+2 | render @cornell.gltf --contact-sheet -o a.exr | --contact-sheet: a.exr has no place for several pictures; give a .png
 2 | render @cornell.gltf --contact-sheet --report r.json | --report is of a picture
 2 | render @cornell.gltf -o a.exr --devices 0 --device 0 | --device excludes --devices
 2 | render @cornell.gltf -o a.exr --devices x | --devices: "x" is not a whole number

@@ -452,7 +452,9 @@ class StudioTest : public VulkanTest {
 
 TEST_F(StudioTest, AGrayBallHasTheMeanRadianceOfItsReflectance) {
     scene::SceneData ball = Ball();
-    scene::CameraView view = scene::ViewOfBounds(ball.bounds, 1.0f);
+    // From the same direction, with the ball in the middle
+    const glm::dvec3 toEye(-scene::ViewOfBounds(ball.bounds, 1.0f).forward);
+    scene::CameraView view = scene::CameraView::LookAt(4.0 * toEye, glm::dvec3(0.0), {0.0f, 1.0f, 0.0f});
     view.projection = scene::Projection::Orthographic;
     view.height = 2.0f;
     scene.SetScene(std::move(ball));
