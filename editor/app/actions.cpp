@@ -79,7 +79,7 @@ constexpr ActionRow kActions[] = {
 };
 // clang-format on
 
-// What KeyPreset::Blender changes. The keys are taken from other actions.
+// KeyPreset::Blender changes these keys, and takes them from other actions.
 constexpr std::pair<Action, Keys> kBlenderKeys[] = {
     {Action::Move, {KeyPress{Key::G}}},
     {Action::Rotate, {KeyPress{Key::R}}},

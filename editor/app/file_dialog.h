@@ -52,7 +52,7 @@ class FileDialog {
     void Ask(FileQuestion question, Use use);
     // Draws the dialog, and passes the answer to `use`. `recent` are files that are offered.
     void Draw(std::span<const std::filesystem::path> recent);
-    // Whether the desktop's dialog may be used: a script types into the list.
+    // Allows or forbids the desktop's dialog: a script types into the list.
     void AllowDesktop(bool isAllowed) { m_allowsDesktop = isAllowed; }
     bool IsOpen() const { return static_cast<bool>(m_use); }
 

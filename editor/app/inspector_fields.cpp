@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "editor/session/settings/parse.h"
+#include "editor/session/verify/picture.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::editor {
@@ -88,17 +89,14 @@ PickedColor ToPicked(const glm::vec3& linear) {
     picked.brightness = std::max({linear.x, linear.y, linear.z, 1.0f});
     for (int c = 0; c < 3; ++c) {
         const float x = std::max(linear[c], 0.0f) / picked.brightness;
-        picked.encoded[c] = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
+        picked.encoded[c] = session::Transfer().Encode(x);
     }
     return picked;
 }
 
 glm::vec3 ToLinear(const PickedColor& color) {
     glm::vec3 linear;
-    for (int c = 0; c < 3; ++c) {
-        const float x = color.encoded[c];
-        linear[c] = color.brightness * (x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f));
-    }
+    for (int c = 0; c < 3; ++c) linear[c] = color.brightness * session::Transfer().Decode(color.encoded[c]);
     return linear;
 }
 

@@ -1,4 +1,4 @@
-// What is shown behind a scene whose environment is hidden.
+// Tests what is shown behind a scene whose environment is hidden.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -17,7 +17,7 @@ namespace raygraph::testing {
 
 namespace {
 
-// Of a value: devices round functions such as the logarithm to about 2^-16, and weights of texels to 2^-8.
+// Values may differ by this: devices round functions as the logarithm to about 2^-16, weights of texels to 2^-8.
 constexpr double kRounding = 0.01;
 
 using Path = std::vector<gpu::PathVertexRecord>;

@@ -224,7 +224,7 @@ class Diagnosing {
         }
         for (const auto& [id, of] : objects) {
             const bool isNothing = id >= names.size();
-            // What one object alone has of a material, and the background, is told of as an object
+            // A material of one object alone, and the background, are told of as objects
             const bool isTold =
                 std::ranges::any_of(m_diagnosis.objects, [&, &found = of](const ObjectShare& object) {
                     return object.kind != kind && object.pixels == found.pixels &&

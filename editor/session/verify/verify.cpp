@@ -382,7 +382,7 @@ struct Verify::Impl {
     std::optional<ResumedRender> stored;
     std::unique_ptr<Session> session;
     Picture reference;
-    // Of the samples that the session has taken of a view of values.
+    // These sum the samples that the session has taken of a view of values.
     std::vector<double> sums, batchSquares;
     double batchedSamples = 0.0, batches = 0.0;
 };

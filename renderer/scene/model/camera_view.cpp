@@ -61,7 +61,7 @@ bool TakeMeters(std::string_view& text) {
 
 constexpr std::string_view kOrbit = "orbit ", kTurntable = "turntable ";
 
-// What is framed: a box, or the upright cylinder that it sweeps when it turns about its middle.
+// A camera frames a box, or the upright cylinder that it sweeps when it turns about its middle.
 struct FramedShape {
     glm::dvec3 center{0.0};
     glm::dvec3 half{0.5};  // half of the extent along x, y and z
