@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "renderer/scene/model/studio.h"
+#include "shaders/core/color.glsl"
 
 namespace raygraph::session {
 
@@ -95,20 +96,15 @@ image::ImageF Blurred(const image::ImageF& map, double deviation) {
 }
 
 float Encoded(double linear) {
-    const double x = std::clamp(linear, 0.0, 1.0);
-    return static_cast<float>(x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055);
-}
-
-double Decoded(uint8_t code) {
-    const double x = code / 255.0;
-    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    return shading::SrgbEncode(static_cast<float>(std::clamp(linear, 0.0, 1.0)));
 }
 
 // `behind` returns the linear value behind a number of the picture, by its index.
 template <typename Behind>
 image::Image8 OverAny(const image::Image8& picture, Behind&& behind) {
     std::array<double, 256> linear{};
-    for (size_t i = 0; i < linear.size(); ++i) linear[i] = Decoded(static_cast<uint8_t>(i));
+    for (size_t i = 0; i < linear.size(); ++i)
+        linear[i] = double{shading::SrgbDecode(static_cast<float>(i) / 255.0f)};
     image::Image8 over{picture.width, picture.height, picture.rgba};
     for (size_t i = 0; i < over.rgba.size(); i += 4) {
         const double alpha = picture.rgba[i + 3] / 255.0;

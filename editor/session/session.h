@@ -59,7 +59,7 @@ struct SessionDesc {
     // 64; 0: as many as fill the device. It does not affect the bits.
     uint32_t batchSize = 0;
     passes::TonemapSettings tonemap{};  // used by Session::Display
-    // What Session::Display shows where the environment is hidden (PathSettings::isEnvironmentHidden); none:
+    // Session::Display shows this where the environment is hidden (PathSettings::isEnvironmentHidden). None:
     // the picture has an alpha there.
     std::optional<Backdrop> backdrop;
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor

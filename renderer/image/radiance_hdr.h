@@ -1,4 +1,4 @@
-// What the header of a Radiance HDR says. Threads: any.
+// Reads the header of a Radiance HDR. Threads: any.
 #pragma once
 
 #include <cstddef>

@@ -9,6 +9,7 @@
 
 #include "renderer/scene/model/check.h"
 #include "renderer/scene/model/studio.h"
+#include "shaders/core/color.glsl"
 
 namespace raygraph::session {
 
@@ -20,10 +21,9 @@ constexpr double kPi = std::numbers::pi;
 glm::dvec3 MeanOf(const scene::Texture& texture, const scene::ImageData& image) {
     std::array<double, 256> values{};
     for (size_t i = 0; i < values.size(); ++i) {
-        const double v = static_cast<double>(i) / 255.0;
-        values[i] = texture.colorSpace == scene::ColorSpace::Linear ? v
-                    : v <= 0.04045                                  ? v / 12.92
-                                                                    : std::pow((v + 0.055) / 1.055, 2.4);
+        const float code = static_cast<float>(i) / 255.0f;
+        values[i] =
+            double{texture.colorSpace == scene::ColorSpace::Linear ? code : shading::SrgbDecode(code)};
     }
     std::array<std::array<uint64_t, 256>, 3> counts{};
     for (size_t i = 0; i < image.rgba.size(); i += 4)

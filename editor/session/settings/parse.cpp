@@ -5,6 +5,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "shaders/core/color.glsl"
 
 namespace raygraph::session {
 
@@ -116,10 +117,8 @@ std::array<float, 3> ParseColor(std::string_view text) {
     uint32_t code = 0;
     if (digits.size() == 7 && digits[0] == '#' &&
         std::from_chars(digits.data() + 1, digits.data() + 7, code, 16).ptr == digits.data() + 7) {
-        for (int i = 0; i < 3; ++i) {
-            const float encoded = static_cast<float>(code >> (16 - 8 * i) & 255u) / 255.0f;
-            color[i] = encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
-        }
+        for (int i = 0; i < 3; ++i)
+            color[i] = shading::SrgbDecode(static_cast<float>(code >> (16 - 8 * i) & 255u) / 255.0f);
         return color;
     }
     try {

@@ -13,13 +13,14 @@
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "renderer/image/radiance_hdr.h"
+#include "shaders/core/color.glsl"
 
 namespace raygraph::session {
 
 float Transfer::Decode(float code) const {
     switch (curve) {
         case TransferCurve::Srgb:
-            return code <= 0.04045f ? code / 12.92f : std::pow((code + 0.055f) / 1.055f, 2.4f);
+            return shading::SrgbDecode(code);
         case TransferCurve::Linear:
             return code;
         case TransferCurve::Gamma:
@@ -31,7 +32,7 @@ float Transfer::Decode(float code) const {
 float Transfer::Encode(float linear) const {
     switch (curve) {
         case TransferCurve::Srgb:
-            return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+            return shading::SrgbEncode(linear);
         case TransferCurve::Linear:
             return linear;
         case TransferCurve::Gamma:

@@ -78,8 +78,8 @@ struct JudgedAgainst {
     std::vector<float> relative = {};
     float exposureEv = 0.0f;                      // for FLIP and SSIM
     std::optional<uint32_t> pictureSamples = {};  // of NoiseOf
-    // What errors of all pixels are relative to, for values that are no light, such as vectors, and have no
-    // energy; 0: the radiance.
+    // Errors of all pixels are relative to this for values that are no light, such as vectors, and have no
+    // energy. 0: they are relative to the radiance.
     double scale = 0.0;
     // The reference with its AOVs, of whose parts there are projections; null: only of the whole.
     const RenderFile* render = nullptr;
