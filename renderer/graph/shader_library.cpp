@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "renderer/graph/text.h"
+#include "rhi/device_cache.h"
 #include "shaders/embedded.h"
 
 namespace raygraph {
@@ -158,6 +159,20 @@ std::string ShaderLibrary::SimilarNames(std::string_view name) const {
     std::string text = names.empty() ? "; there is none of its stage" : "; there is ";
     for (size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ", ") + names[i];
     return text;
+}
+
+uint64_t HashOf(std::span<const EmbeddedShader> shaders) {
+    uint64_t hash = rhi::kChecksumStart;
+    for (const EmbeddedShader& shader : shaders) {
+        hash = rhi::Checksum(std::as_bytes(std::span(shader.name)), hash);
+        hash = rhi::Checksum(shader.compressed, hash);
+    }
+    return hash;
+}
+
+uint64_t HashOfEmbeddedShaders() {
+    static const uint64_t hash = HashOf(EmbeddedShaders());
+    return hash;
 }
 
 }  // namespace raygraph

@@ -23,6 +23,8 @@
 
 namespace raygraph {
 
+struct EmbeddedShader;
+
 // Describes one stage. It lives as long as its library, at a fixed address.
 struct Shader {
     std::string name;
@@ -68,5 +70,10 @@ class ShaderLibrary {
     std::vector<std::filesystem::path> m_includes;
     std::map<std::string, std::unique_ptr<Shader>, std::less<>> m_shaders;
 };
+
+// Returns a hash of the names and the SPIR-V of the shaders. Threads: any.
+uint64_t HashOf(std::span<const EmbeddedShader> shaders);
+// Returns the hash of all shaders of the library. Threads: any.
+uint64_t HashOfEmbeddedShaders();
 
 }  // namespace raygraph

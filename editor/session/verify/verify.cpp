@@ -18,6 +18,7 @@
 #include "editor/session/verify/alternatives.h"
 #include "passes/views.h"
 #include "renderer/graph/renderer.h"
+#include "renderer/graph/shader_library.h"
 #include "shaders/shared/light_records.h"
 
 namespace raygraph::session {
@@ -115,7 +116,9 @@ struct Verify::Impl {
         if (isResumable && settings.lightGroups.empty()) settings.lightGroups = GroupsOfAllLights(input.data);
         aovs = AovsFor(settings);
         described = DescribeRender(input, settings, device.Info());
-        if (!desc.cache.empty()) file = desc.cache / (Key() + ".exr");
+        // The key, by which differences are accepted, is without the shaders, whose SPIR-V depends on the
+        // compiler
+        if (!desc.cache.empty()) file = desc.cache / Text("{}-{:016x}.exr", Key(), HashOfEmbeddedShaders());
     }
 
     // Returns a text that is another one for any other reference.

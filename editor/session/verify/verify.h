@@ -41,8 +41,10 @@ struct VerifyDesc {
     Tolerance tolerance;
     // The reference gets more samples until the verdict does not depend on its noise, or it has the most.
     uint32_t minSamples = 64, maxSamples = 1024;
-    std::filesystem::path cache;  // folder of references, made when needed; "": none is stored
-    float exposureEv = 0.0f;      // with which FLIP and SSIM see the pictures
+    // Folder of references, made when needed, with a file for each Key and state of the shaders. "": none is
+    // stored.
+    std::filesystem::path cache;
+    float exposureEv = 0.0f;                             // with which FLIP and SSIM see the pictures
     std::function<void(const ProgressState&)> progress;  // of the samples of the reference
     // Ends them early: what there is is stored, and Check throws. Empty: never.
     std::function<bool()> isStopRequested;
