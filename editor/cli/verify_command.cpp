@@ -5,8 +5,11 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <random>
 #include <span>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "base/files.h"
@@ -49,14 +52,78 @@ std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& sett
     return command + Text(" --spp {}", samples);
 }
 
+// Is a folder that is removed with all that is in it. Its path is "" where none can be made.
+class RunFolder {
+  public:
+    RunFolder() {
+        std::random_device random;
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::temp_directory_path(error) /
+                                           Text("raygraph-verify-{:08x}{:08x}", random(), random());
+        if (error || !std::filesystem::create_directory(path, error)) return;
+        m_path = path;
+        std::filesystem::permissions(path, std::filesystem::perms::owner_all, error);
+    }
+    ~RunFolder() {
+        std::error_code error;
+        if (!m_path.empty()) std::filesystem::remove_all(m_path, error);
+    }
+    RunFolder(const RunFolder&) = delete;
+    RunFolder& operator=(const RunFolder&) = delete;
+
+    const std::filesystem::path& Path() const { return m_path; }
+
+  private:
+    std::filesystem::path m_path;
+};
+
+// Returns whether cases have the same reference, but for the size of their pictures.
+bool IsSameReference(const VerifyCase& a, const VerifyCase& b) {
+    return a.scene == b.scene && a.root == b.root && a.environment == b.environment && a.given == b.given;
+}
+
 class VerifyRun {
   public:
     VerifyRun(const VerifyArguments& arguments, Console& console, rhi::Device& device)
         : m_arguments(arguments), m_console(console), m_device(device), m_log(console.log.ForLibraries()) {}
 
+    // Returns the results for the pictures of each case, in their order. Cases that were not begun when the
+    // program was asked to end have none.
+    std::vector<std::vector<VerifiedPicture>> CheckAll(const std::vector<VerifyCase>& cases) {
+        // Without a cache, cases share their references by a folder of this run
+        const std::filesystem::path cache = m_arguments.isCached ? CacheFolder() : std::filesystem::path();
+        std::optional<RunFolder> shared;
+        std::vector<std::filesystem::path> folders(cases.size());
+        for (size_t i = 0; i < cases.size(); ++i) {
+            const auto isSame = [&](const VerifyCase& other) { return IsSameReference(other, cases[i]); };
+            if (!cache.empty()) {
+                folders[i] = cache / "references";
+            } else if (std::ranges::count_if(cases, isSame) > 1) {
+                if (!shared) shared.emplace();
+                folders[i] = shared->Path();
+            }
+        }
+        std::vector<std::vector<VerifiedPicture>> results(cases.size());
+        std::atomic<size_t> next = 0;
+        const auto work = [&] {
+            for (size_t i = next++; i < cases.size() && !os::IsStopRequested(); i = next++)
+                results[i] = Check(cases[i], folders[i]);
+        };
+        std::vector<std::jthread> others;
+        for (size_t i = 1; i < std::min<size_t>(m_arguments.jobs, cases.size()); ++i)
+            others.emplace_back(work);
+        work();
+        others.clear();  // joins them
+        return results;
+    }
+
+    // Returns the first code of what could not be judged.
+    ExitCode Failure() const { return m_failure; }
+
+  private:
     // Returns the results for the pictures of a case. What cannot be judged has its error, which is printed,
     // and does not keep the others from their verdicts. Threads: any, each with cases of its own.
-    std::vector<VerifiedPicture> Check(const VerifyCase& one) {
+    std::vector<VerifiedPicture> Check(const VerifyCase& one, const std::filesystem::path& references) {
         std::vector<VerifiedPicture> verified;
         for (const std::filesystem::path& path : one.pictures) {
             verified.push_back(
@@ -74,7 +141,7 @@ class VerifyRun {
         std::string why;
         const ExitCode code = Guarded([&](const char* text) { why = text; },
                                       [&] {
-                                          CheckOn(one, readable->picture.size, verified);
+                                          CheckOn(one, references, readable->picture.size, verified);
                                           return ExitCode::Done;
                                       });
         if (code == ExitCode::Done) return verified;
@@ -84,10 +151,6 @@ class VerifyRun {
         return verified;
     }
 
-    // Returns the first code of what could not be judged.
-    ExitCode Failure() const { return m_failure; }
-
-  private:
     void Fail(ExitCode code, const std::string& why) {
         m_console.progress.Clear();
         const std::scoped_lock lock(m_printing);
@@ -109,16 +172,16 @@ class VerifyRun {
         }
     }
 
-    void CheckOn(const VerifyCase& one, Extent2D size, std::vector<VerifiedPicture>& verified) {
+    void CheckOn(const VerifyCase& one, const std::filesystem::path& references, Extent2D size,
+                 std::vector<VerifiedPicture>& verified) {
         PictureSettings settings = SettingsFrom(one.given);
         if (!one.given.contains("size")) settings.size = size;
         SceneInput input = Load(one, settings);
         RequireMapFor(one.given, input, ChooseLight(input, settings), "--env or --light studio");
-        const std::filesystem::path cache = m_arguments.isCached ? CacheFolder() : std::filesystem::path();
         VerifyDesc desc{.settings = settings,
                         .tolerance = one.tolerance,
                         .maxSamples = one.maxSamples,
-                        .cache = cache.empty() ? cache : cache / "references",
+                        .cache = references,
                         .exposureEv = one.transfer.exposureEv,
                         .isStopRequested = os::IsStopRequested,
                         .log = m_log};
@@ -225,19 +288,8 @@ ExitCode VerifyCommand(const VerifyArguments& arguments, Console& console) {
     os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
     signals.StartDeferring();
     VerifyRun run(arguments, console, *device);
-    std::vector<std::vector<VerifiedPicture>> results(cases.size());
-    std::atomic<size_t> next = 0;
-    const auto work = [&] {
-        for (size_t i = next++; i < cases.size() && !os::IsStopRequested(); i = next++)
-            results[i] = run.Check(cases[i]);
-    };
-    {
-        std::vector<std::jthread> others;
-        for (size_t i = 1; i < std::min<size_t>(arguments.jobs, cases.size()); ++i) others.emplace_back(work);
-        work();
-    }
     std::vector<VerifiedPicture> verified;
-    for (std::vector<VerifiedPicture>& result : results)
+    for (std::vector<VerifiedPicture>& result : run.CheckAll(cases))
         std::ranges::move(result, std::back_inserter(verified));
     console.log.RequireValid();
     OutputWriter outputs([&](const auto&, std::string_view why) { console.log.Fail(why); });

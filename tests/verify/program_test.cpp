@@ -74,6 +74,10 @@ TEST(ProgramVerify, List_HasTolerancesRegionsAndAcceptedDifferences) {
     };
     EXPECT_EQ(verify("").exitCode, 7);
     const nlohmann::json report = Json(folder / "report.json");
+    EXPECT_EQ(report.at("pictures").at(0).at("new_samples").get<int>() +
+                  report["pictures"].at(1).at("new_samples").get<int>(),
+              64)
+        << "of one reference, which both share";
     EXPECT_TRUE(report.at("pictures").at(0).at("right").get<bool>());
     EXPECT_FALSE(report["pictures"].at(1).at("right").get<bool>());
     const std::string wide =
