@@ -2,11 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "renderer/image/exr.h"
 #include "tests/cli/program_runner.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::verify_program_test {
 
@@ -18,11 +18,6 @@ using test::RunProgram;
 nlohmann::json Json(const std::filesystem::path& file) {
     std::ifstream stream(file);
     return nlohmann::json::parse(stream, nullptr, false);
-}
-
-std::string TextOf(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 }  // namespace
@@ -39,7 +34,7 @@ TEST(ProgramVerify, RightPicture_IsDoneAndAWrongOneIsNot) {
     EXPECT_NE(right.output.find("right.exr: right (64 samples of the reference, 64 new)"), std::string::npos)
         << right.output;
     EXPECT_TRUE(Json(folder / "right.json").at("right").get<bool>());
-    const std::string page = TextOf(folder / "page.html");
+    const std::string page = test::TextOf(folder / "page.html");
     EXPECT_NE(page.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
     EXPECT_EQ(page.find("src=\"http"), std::string::npos) << "the page needs nothing else";
 
@@ -55,8 +50,24 @@ TEST(ProgramVerify, RightPicture_IsDoneAndAWrongOneIsNot) {
     EXPECT_FALSE(first.at("right").get<bool>());
     EXPECT_EQ(first.at("hypotheses").at(0).at("name"), "indirect") << first["hypotheses"].dump(1);
     EXPECT_NEAR(first["hypotheses"][0].at("amount").get<double>(), -1.0, 0.1);
-    EXPECT_TRUE(report["pictures"][1].at("right").get<bool>());
+    // From the cache comes the verdict that the run gave which rendered the reference, with its numbers
+    nlohmann::json cold = Json(folder / "right.json").at("pictures").at(0);
+    EXPECT_EQ(cold.at("new_samples"), 64);
+    cold["new_samples"] = 0;
+    EXPECT_EQ(report["pictures"][1], cold);
     EXPECT_NE(wrong.output.find("the picture lacks indirect light"), std::string::npos) << wrong.output;
+
+    // The command for the worst pixel is complete: it runs from any folder, and is of the reference
+    const nlohmann::json& worst = first.at("worst_pixels").at(0);
+    const std::string command = worst.at("explain");
+    ASSERT_TRUE(command.starts_with("raygraph explain ")) << command;
+    const test::TemporaryFolder elsewhere;
+    const ProgramResult explained = RunProgram(elsewhere, command.substr(9) + " --json");
+    ASSERT_EQ(explained.exitCode, 0) << command << explained.messages;
+    const nlohmann::json pixel = nlohmann::json::parse(explained.output);
+    EXPECT_EQ(pixel.at("pixel"), (nlohmann::json{worst.at("x"), worst.at("y")}));
+    for (size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(pixel.at("mean").at(c).get<double>(), worst.at("reference").at(c).get<double>(), 1e-6);
 }
 
 TEST(ProgramVerify, List_HasTolerancesRegionsAndAcceptedDifferences) {
@@ -147,6 +158,17 @@ TEST(ProgramVerify, ViewsOfThisProgram_AreRight) {
     EXPECT_NE(twice.messages.find("--tolerance cannot be used with a list; set it in verify.json"),
               std::string::npos)
         << twice.messages;
+}
+
+TEST(ProgramVerify, TransposedMask_IsRefusedBeforeAnythingIsRendered) {
+    const test::TemporaryFolder folder;
+    image::WriteHdr(folder / "picture.hdr", {6, 4, std::vector<float>(96, 0.5f)});
+    image::WriteHdr(folder / "mask.hdr", {4, 6, std::vector<float>(96, 1.0f)});
+    const ProgramResult refused =
+        RunProgram(folder, "verify @cornell.gltf picture.hdr --mask mask.hdr --no-cache");
+    EXPECT_EQ(refused.exitCode, 4);
+    EXPECT_EQ(refused.messages, "raygraph: picture.hdr: its mask has 4x6 pixels, and it has 6x4\n");
+    EXPECT_EQ(refused.output, "");
 }
 
 TEST(ProgramVerify, CroppedPicture_IsComparedWithTheCrop) {

@@ -1,11 +1,18 @@
-// References that are stored, and which state of the shaders they are of.
+// References that are stored: which state of scene, settings and shaders they are of, and what a program that
+// is asked to end leaves.
 #include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "editor/session/session.h"
 #include "editor/session/verify/verify.h"
 #include "renderer/graph/shader_library.h"
+#include "renderer/image/image.h"
 #include "shaders/embedded.h"
+#include "tests/cli/program_runner.h"
 #include "tests/support/source_file.h"
 #include "tests/support/text_files.h"
 #include "tests/support/vulkan_test.h"
@@ -58,6 +65,46 @@ TEST_F(ReferenceCache, OfOtherShaders_IsNotRead) {
     EXPECT_EQ(newSamples(), 0u);
     EXPECT_EQ(newSamples(), 2u);
     EXPECT_EQ(test::FileCount(folder.Path()), 2u);
+}
+
+// The picture is so large that its reference takes much longer than a signal.
+TEST(ProgramVerify, SignalsEndIt_AndWhatIsFinishedIsStored) {
+    const TemporaryFolder folder;
+    const test::EnvironmentVariable cache("XDG_CACHE_HOME", (folder / "cache").string());
+    const std::filesystem::path references = folder / "cache/raygraph/references";
+    image::WriteHdr(folder / "black.hdr", {192, 144, std::vector<float>(size_t{4} * 192 * 144, 0.0f)});
+    uint64_t before = 0;
+    for (const int signal : {SIGTERM, SIGINT}) {
+        bool isSent = false;
+        const test::ProgramResult stopped =
+            test::RunProgramOnTerminal(folder, "verify @cornell.gltf black.hdr --json report.json",
+                                       [&](pid_t process, const std::string& shown) {
+                                           if (isSent || shown.find("/64 samples") == std::string::npos)
+                                               return;
+                                           isSent = kill(process, signal) == 0;
+                                       });
+        EXPECT_TRUE(isSent) << stopped.output;
+        EXPECT_EQ(stopped.exitCode, 75) << stopped.output;
+        EXPECT_EQ(stopped.output.find("NOT RIGHT"), std::string::npos) << stopped.output;
+        EXPECT_NE(stopped.output.find("stopped before the picture was judged"), std::string::npos)
+            << stopped.output;
+        const nlohmann::json report = nlohmann::json::parse(test::TextOf(folder / "report.json"));
+        EXPECT_FALSE(report.at("right").get<bool>());
+        EXPECT_EQ(report.at("errors").size(), 1u) << report.dump(1);
+        // Nothing else is beside it, and the second run went on from the first one's
+        ASSERT_EQ(test::FileCount(references), 1u);
+        const uint64_t samples = session::SampleCount(
+            session::ReadRenderFile(std::filesystem::directory_iterator(references)->path()).samples);
+        EXPECT_GT(samples, before);
+        EXPECT_LT(samples, 64u);
+        before = samples;
+    }
+    const test::ProgramResult judged =
+        test::RunProgram(folder, "verify @cornell.gltf black.hdr --spp 2 --json report.json");
+    EXPECT_EQ(judged.exitCode, 7) << judged.messages;
+    const nlohmann::json report = nlohmann::json::parse(test::TextOf(folder / "report.json"));
+    EXPECT_EQ(report.at("pictures").at(0).at("reference_samples"), before);
+    EXPECT_EQ(report["pictures"][0].at("new_samples"), 0);
 }
 
 }  // namespace raygraph::reference_cache_test
