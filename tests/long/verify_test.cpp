@@ -37,11 +37,13 @@ TEST_F(VerifyTest, PlantedMistakes_AreNamed) {
         }
         std::cout << std::endl;
     }
-    EXPECT_GE(named, 8u);
+    // Seeds decide the pictures, and a CPU's driver gives the same bits each time: it is no matter of luck
+    EXPECT_EQ(named, test::PlantedMistakes().size());
 }
 
-// A right picture is an independent render at its own noise. Without mistakes of the statistics, about two
-// of a hundred fail; 95 have to pass.
+// A right picture is an independent render at its own noise. The bounds for tiles and for parts are such that
+// one of a hundred fails each where errors are normal and the tolerance is 0. That of 5 % is the margin for
+// which none fails; the seeds decide, so that the number is the same each time.
 TEST_F(VerifyTest, RightPictures_PassAtTheirOwnNoise) {
     PictureSettings settings;
     settings.size = {32, 32};
@@ -59,7 +61,7 @@ TEST_F(VerifyTest, RightPictures_PassAtTheirOwnNoise) {
                 std::cout << "seed " << seed << ": " << check.name << " " << check.value << ", limit "
                           << check.limit << std::endl;
     }
-    EXPECT_GE(passed, 95u);
+    EXPECT_EQ(passed, 100u);
 }
 
 }  // namespace raygraph::session::verify_test
