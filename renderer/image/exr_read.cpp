@@ -122,16 +122,28 @@ auto WithReader(std::span<const std::byte> bytes, std::string_view name, const D
     }
 }
 
-std::string ChannelNames(const Imf::ChannelList& channels) {
-    constexpr int kMaxCount = 12;
-    std::string names;
-    int count = 0;
-    for (auto channel = channels.begin(); channel != channels.end(); ++channel, ++count) {
-        if (count == kMaxCount) return names + " ...";
-        if (count > 0) names += ' ';
-        names += channel.name();
+// Returns the first names, separated by spaces.
+std::string ListOf(std::span<const std::string> names) {
+    constexpr size_t kMostNames = 12;
+    std::string list;
+    for (size_t i = 0; i < std::min(names.size(), kMostNames); ++i) list += (i == 0 ? "" : " ") + names[i];
+    return names.size() > kMostNames ? list + " ..." : list;
+}
+
+// Refuses a picture without colors by what it has instead: layers of them, or other channels.
+[[noreturn]] void RejectWithoutColors(const Imf::ChannelList& channels, std::string_view name) {
+    std::vector<std::string> layers, others;
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+        others.emplace_back(channel.name());
+        if (!others.back().ends_with(".R")) continue;
+        const std::string layer = others.back().substr(0, others.back().size() - 2);
+        const auto has = [&](const char* suffix) { return channels.findChannel(layer + suffix) != nullptr; };
+        if (has(".G") && has(".B")) layers.push_back(layer);
     }
-    return names;
+    if (layers.empty()) Reject(name, "EXR: no R, G, B and no Y among its channels: " + ListOf(others));
+    Reject(name,
+           Text("EXR: R, G and B are in layers: {}; give one of them in a file of its own, as R, G and B",
+                ListOf(layers)));
 }
 
 ExrAttributes ReadAttributes(const Imf::Header& header) {
@@ -229,9 +241,7 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
         if (!isRgb && has("Y") && (has("RY") || has("BY")))
             Reject(name, "EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
         const bool isGray = has("Y");
-        if (!isRgb && !isGray) {
-            Reject(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
-        }
+        if (!isRgb && !isGray) RejectWithoutColors(channels, name);
         const bool isEnvmap = Imf::hasEnvmap(header);
         if (isEnvmap && Imf::envmap(header) != Imf::ENVMAP_LATLONG)
             Reject(name,
@@ -406,9 +416,30 @@ class ExrHeaderCheck {
         if ((version & 0xff) != Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
             Fail("version field {} is not supported", version);
         }
-        if (Imf::isMultiPart(version)) Fail("multi-part files are not supported");
+        if (Imf::isMultiPart(version))
+            Fail("multi-part files are not supported; its parts: {}; give one of them in a file of its own",
+                 ListOf(ReadPartNames()));
         if (Imf::isNonImage(version)) Fail("deep pictures are not supported");
         m_isTiled = Imf::isTiled(version);
+    }
+
+    // Reads the headers of all parts. One that has no name is called by its number, from 0.
+    std::vector<std::string> ReadPartNames() {
+        std::vector<std::string> names;
+        while (!m_rest.empty() && m_rest.front() != std::byte{0}) {
+            names.push_back(std::to_string(names.size()));
+            while (!m_rest.empty() && m_rest.front() != std::byte{0}) {
+                const std::string attribute = ReadText(m_rest, "an attribute's name");
+                ReadText(m_rest, "an attribute's type");
+                const int32_t size = Int(Take(4, "an attribute"), 0);
+                if (size < 0) Fail("attribute '{}' has negative size", attribute);
+                const auto value = Take(static_cast<size_t>(size), "an attribute");
+                if (attribute == "name")
+                    names.back().assign(reinterpret_cast<const char*>(value.data()), value.size());
+            }
+            Take(1, "the header");
+        }
+        return names;
     }
 
     void ReadAttribute() {

@@ -651,6 +651,11 @@ TEST(Environment, MissingColorIsRefusedWithWhatThereIs) {
     const auto planes = Planes(3, 2, 2);
     const Bytes bytes = MakeExr({.width = 2, .height = 2, .channels = {"L.R", "L.G", "Z"}}, planes);
     EXPECT_EQ(ExrRefusal(bytes), "x.exr: EXR: no R, G, B and no Y among its channels: L.G L.R Z");
+    const Bytes layered =
+        MakeExr({.width = 2, .height = 2, .channels = {"L.all.R", "L.all.G", "L.all.B"}}, planes);
+    EXPECT_EQ(
+        ExrRefusal(layered),
+        "x.exr: EXR: R, G and B are in layers: L.all; give one of them in a file of its own, as R, G and B");
     const Bytes chroma = MakeExr({.width = 2, .height = 2, .channels = {"Y", "RY", "BY"}}, planes);
     EXPECT_EQ(ExrRefusal(chroma),
               "x.exr: EXR: luminance with chroma (Y, RY, BY) is not supported, only R, G, B or Y alone");
@@ -661,7 +666,13 @@ TEST(Environment, SubsampledAndMultiPartFilesAreRefused) {
     const ExrDesc desc{.width = 4, .height = 4, .channels = {"Y", "Z"}, .sampling = 2};
     EXPECT_EQ(ExrRefusal(MakeExr(desc, planes)),
               "x.exr: EXR: channel 'Z' is subsampled, which is not supported");
-    EXPECT_EQ(ExrRefusal(MakeMultiPartExr()), "x.exr: EXR: multi-part files are not supported");
+    const Bytes parts = MakeMultiPartExr();
+    EXPECT_EQ(ExrRefusal(parts),
+              "x.exr: EXR: multi-part files are not supported; its parts: part0 part1; give one of them in a "
+              "file of its own");
+    for (size_t size = 8; size < parts.size(); ++size)
+        EXPECT_THAT(ExrRefusal(Bytes(parts.begin(), parts.begin() + std::ptrdiff_t(size))),
+                    ::testing::StartsWith("x.exr: EXR: "));
 }
 
 TEST(Environment, OtherFilesAreRefusedByTheirContent) {

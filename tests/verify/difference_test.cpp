@@ -83,6 +83,16 @@ TEST(ReadPicture, ExrWithZAlone_IsDepth) {
     image::WriteExr(folder / "a.exr", file);
     EXPECT_EQ(ReadPicture(folder / "a.exr").radiance,
               (std::vector<float>{2.5f, 2.5f, 2.5f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f}));
+
+    // Beside layers of colors it is not what the picture shows
+    for (const char* channel : {"light.R", "light.G", "light.B"})
+        file.channels.push_back({channel, std::vector<float>{1.0f, 2.0f}});
+    image::WriteExr(folder / "layers.exr", file);
+    const Error refused = testing::ErrorOf([&] { ReadPicture(folder / "layers.exr"); });
+    EXPECT_EQ(refused.Kind(), ErrorKind::BadInput);
+    EXPECT_NE(std::string_view(refused.what()).find("R, G and B are in layers: light; give one"),
+              std::string_view::npos)
+        << refused.what();
 }
 
 TEST(ReadPicture, ExrWithVarianceOfASample_HasThatOfTheMean) {

@@ -115,8 +115,10 @@ void AddVariance(const image::ExrImage& file, Picture& picture) {
 // Returns the depth of an .exr that has nothing else; none: it has colors.
 std::optional<Texels> DepthAlone(const image::ExrImage& file) {
     const std::vector<float>* depth = file.FloatChannel("Z");
-    if (depth == nullptr || file.FloatChannel("Y") != nullptr || file.FloatChannel("R") != nullptr)
-        return std::nullopt;
+    const auto isColor = [](const image::ExrChannel& channel) {
+        return channel.name == "Y" || channel.name == "R" || channel.name.ends_with(".R");
+    };
+    if (depth == nullptr || std::ranges::any_of(file.channels, isColor)) return std::nullopt;
     Texels texels(4 * depth->size(), 1.0f);
     for (size_t i = 0; i < texels.size(); ++i)
         if (i % 4 != 3) texels[i] = std::isinf((*depth)[i / 4]) ? 0.0f : (*depth)[i / 4];
