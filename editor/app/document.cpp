@@ -51,6 +51,7 @@ bool IsSameTarget(const Edit& a, const Edit& b) {
             [&](const VisibilityEdit& e) { return e.node == std::get<VisibilityEdit>(b).node; },
             [&](const MaterialEdit& e) { return e.material == std::get<MaterialEdit>(b).material; },
             [&](const LightEdit& e) { return e.light == std::get<LightEdit>(b).light; },
+            [](const auto&) { return false; },  // each edit of the hierarchy is a step of its own
         },
         a);
 }
@@ -72,11 +73,10 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
         m_rest.animations.clear();
     }
     if (!hash.empty()) m_hashes[m_scene.variant] = std::move(hash);
-    m_children.resize(m_scene.nodes.size());
-    for (const uint32_t node : m_scene.nodeOrder) {
-        const uint32_t parent = m_scene.nodes[node].parent;
-        (parent == scene::kNone ? m_roots : m_children[parent]).push_back(node);
-    }
+    m_allChildren.resize(m_scene.nodes.size());
+    m_isRemoved.resize(m_scene.nodes.size());
+    for (const uint32_t node : m_scene.nodeOrder) SiblingsOf(m_scene.nodes[node].parent).push_back(node);
+    UpdateOrder();
     m_placed.resize(m_scene.nodes.size());
     const auto place = [&](const auto& things, uint32_t Placed::*index) {
         for (uint32_t i = 0; i < things.size(); ++i)
@@ -131,33 +131,42 @@ bool Document::ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu) 
     return true;
 }
 
-void Document::Apply(const Edit& edit, GpuScene& gpu) {
-    const Edit wanted = ToRestEdit(edit);
-    const Edit before = Current(wanted);
-    if (const TransformEdit* const moved = std::get_if<TransformEdit>(&edit)) RequireValidPlacement(*moved);
-    Put(wanted, gpu);
+void Document::Apply(std::span<const Edit> edits, GpuScene& gpu) {
+    std::vector<Edit> wanted;
+    for (const Edit& edit : edits) wanted.push_back(ToRestEdit(edit));
+    const bool isReparented =
+        std::ranges::any_of(edits, [](const Edit& edit) { return std::holds_alternative<ParentEdit>(edit); });
+    for (const Edit& edit : edits)
+        if (const TransformEdit* const moved = std::get_if<TransformEdit>(&edit); moved && !isReparented)
+            RequireValidPlacement(*moved);
+    std::vector<Edit> before = Put(wanted, gpu);
     try {
-        RequireShown(edit);
+        for (const Edit& edit : edits) RequireShown(edit);
     } catch (const Error&) {
         Put(before, gpu);
         throw;
     }
     if (m_saved > m_done) m_saved = kNeverSaved;  // the saved state cannot be reached any more
     m_steps.resize(m_done);
-    if (m_isOpen && m_done > 0 && IsSameTarget(m_steps.back().after, wanted)) {
-        m_steps.back().after = wanted;
+    if (m_isOpen && m_done > 0 && std::ranges::equal(m_steps.back().after, wanted, IsSameTarget)) {
+        m_steps.back().after = std::move(wanted);
     } else {
-        m_steps.push_back({before, wanted});
+        m_steps.push_back({std::move(before), std::move(wanted)});
         ++m_done;
     }
     m_isOpen = true;
+}
+
+void Document::WriteFile(const std::filesystem::path& to) const {
+    scene::SaveGltf(m_file, Rest(), to, {.root = m_root}, {m_json, m_copiedFrom});
 }
 
 void Document::Save(const std::filesystem::path& to) {
     if (m_file.empty()) throw Error(ErrorKind::Usage, "no scene is open");
     if (m_stamp && StampOf(m_file) != m_stamp)
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved", m_file);
-    scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
+    if (m_json.empty()) m_json = scene::ReadGltfJson(m_file);
+    WriteFile(to);
     if (IsEdited()) m_hashes.clear();
     m_isOpen = false;
     m_file = to;
@@ -174,7 +183,7 @@ std::filesystem::path Document::SaveRecoveryCopy() const {
     std::filesystem::path to = m_file;
     to.replace_filename(name + extension);
     for (int number = 2; exists(to); ++number) to.replace_filename(Text("{}-{}{}", name, number, extension));
-    scene::SaveGltf(m_file, Rest(), to, {.root = m_root});
+    WriteFile(to);
     return to;
 }
 
@@ -198,17 +207,24 @@ void Document::ShowVariant(uint32_t variant, GpuScene& gpu) {
     scene::SetVariant(m_scene, variant);
 }
 
+void Document::PutStep(const std::vector<Edit>& edits, GpuScene& gpu) {
+    m_isOpen = false;
+    Put(edits, gpu);
+    m_restored.clear();
+    for (const Edit& edit : edits)
+        if (const auto* const presence = std::get_if<PresenceEdit>(&edit); presence && presence->isPresent)
+            m_restored.push_back(presence->node);
+}
+
 void Document::Undo(GpuScene& gpu) {
     if (!CanUndo()) return;
-    m_isOpen = false;
-    Put(m_steps[m_done - 1].before, gpu);
+    PutStep(m_steps[m_done - 1].before, gpu);
     --m_done;
 }
 
 void Document::Redo(GpuScene& gpu) {
     if (!CanRedo()) return;
-    m_isOpen = false;
-    Put(m_steps[m_done].after, gpu);
+    PutStep(m_steps[m_done].after, gpu);
     ++m_done;
 }
 
@@ -306,34 +322,51 @@ Edit Document::ToRestEdit(const Edit& shown) const {
                                      });
                                      scene::Check(edit.values, Text("light {}", e.light));
                                      return edit;
+                                 },
+                                 [&](const auto& e) -> Edit {  // the hierarchy
+                                     RequireIndex("node", e.node, m_scene.nodes.size());
+                                     return e;
                                  }},
                       shown);
 }
 
 Edit Document::Current(const Edit& of) const {
     const scene::SceneData& rest = Rest();
-    return std::visit(Overloaded{
-                          [&](const TransformEdit& e) -> Edit {
-                              const scene::Node& node = rest.nodes.at(e.node);
-                              return TransformEdit{e.node, node.LocalTransform(), node.translationResidual};
-                          },
-                          [&](const PartsEdit& e) -> Edit {
-                              const scene::Node& node = rest.nodes.at(e.node);
-                              return PartsEdit{e.node,
-                                               {node.translation, node.rotation, node.scale},
-                                               node.translationResidual};
-                          },
-                          [&](const VisibilityEdit& e) -> Edit {
-                              return VisibilityEdit{e.node, rest.nodes.at(e.node).isVisible};
-                          },
-                          [&](const MaterialEdit& e) -> Edit {
-                              return MaterialEdit{e.material, rest.materials.at(e.material)};
-                          },
-                          [&](const LightEdit& e) -> Edit {
-                              return LightEdit{e.light, rest.lights.at(e.light)};
-                          },
-                      },
-                      of);
+    return std::visit(
+        Overloaded{
+            [&](const TransformEdit& e) -> Edit {
+                const scene::Node& node = rest.nodes.at(e.node);
+                return TransformEdit{e.node, node.LocalTransform(), node.translationResidual};
+            },
+            [&](const PartsEdit& e) -> Edit {
+                const scene::Node& node = rest.nodes.at(e.node);
+                return PartsEdit{
+                    e.node, {node.translation, node.rotation, node.scale}, node.translationResidual};
+            },
+            [&](const VisibilityEdit& e) -> Edit {
+                return VisibilityEdit{e.node, rest.nodes.at(e.node).isVisible};
+            },
+            [&](const MaterialEdit& e) -> Edit {
+                return MaterialEdit{e.material, rest.materials.at(e.material)};
+            },
+            [&](const LightEdit& e) -> Edit {
+                return LightEdit{e.light, rest.lights.at(e.light)};
+            },
+            [&](const NameEdit& e) -> Edit {
+                return NameEdit{e.node, rest.nodes.at(e.node).name};
+            },
+            [&](const ParentEdit& e) -> Edit {
+                const uint32_t parent = rest.nodes.at(e.node).parent;
+                const std::vector<uint32_t>& siblings =
+                    parent == scene::kNone ? m_allRoots : m_allChildren[parent];
+                const auto next = std::ranges::find(siblings, e.node) + 1;
+                return ParentEdit{e.node, parent, next == siblings.end() ? scene::kNone : *next};
+            },
+            [&](const PresenceEdit& e) -> Edit {
+                return PresenceEdit{e.node, !m_isRemoved.at(e.node)};
+            },
+        },
+        of);
 }
 
 void Document::Set(const Edit& edit) {
@@ -357,33 +390,58 @@ void Document::Set(const Edit& edit) {
                                scene.lights[e.light].*field.member = e.values.*field.member;
                            });
                        },
+                       [&](const NameEdit& e) { scene.nodes[e.node].name = e.name; },
+                       [&](const ParentEdit& e) { scene.nodes[e.node].parent = e.parent; },
+                       [](const PresenceEdit&) {},
                    },
                    edit);
     };
+    if (const ParentEdit* const moved = std::get_if<ParentEdit>(&edit)) {
+        std::erase(SiblingsOf(m_scene.nodes[moved->node].parent), moved->node);
+        std::vector<uint32_t>& siblings = SiblingsOf(moved->parent);
+        siblings.insert(std::ranges::find(siblings, moved->before), moved->node);
+    }
+    if (const PresenceEdit* const presence = std::get_if<PresenceEdit>(&edit))
+        m_isRemoved[presence->node] = !presence->isPresent;
     setIn(m_scene);
     if (m_scene.animations.empty()) return;
     setIn(m_rest);
     m_evaluator.ReadRest(m_rest);
 }
 
-void Document::Follow(const Edit& edit, GpuScene& gpu) {
-    const auto changes = [&](std::initializer_list<uint32_t> nodes) -> const scene::PoseChanges& {
-        return m_applier.Apply(m_scene, m_evaluator.Evaluate(m_scene, m_clips), nodes);
-    };
-    std::visit(Overloaded{
-                   [&](const MaterialEdit& e) {
-                       scene::PoseChanges all = changes({});
-                       all.materials.push_back(e.material);
-                       Push(all, gpu);
+void Document::Follow(std::span<const Edit> edits, GpuScene& gpu) {
+    std::vector<uint32_t> nodes, materials, lights;
+    bool isReordered = false, isRenamed = false;
+    for (const Edit& edit : edits) {
+        std::visit(Overloaded{
+                       [&](const MaterialEdit& e) { materials.push_back(e.material); },
+                       [&](const LightEdit& e) { lights.push_back(e.light); },
+                       [&](const NameEdit&) { isRenamed = true; },
+                       [&](const auto& e) {
+                           using Kind = std::decay_t<decltype(e)>;
+                           isReordered |=
+                               std::is_same_v<Kind, ParentEdit> || std::is_same_v<Kind, PresenceEdit>;
+                           nodes.push_back(e.node);
+                       },
                    },
-                   [&](const LightEdit& e) {
-                       scene::PoseChanges all = changes({});
-                       all.lights.push_back(e.light);
-                       Push(all, gpu);
-                   },
-                   [&](const auto& e) { Push(changes({e.node}), gpu); },
-               },
-               edit);
+                   edit);
+    }
+    m_hierarchyChanges += isReordered || isRenamed ? 1 : 0;
+    if (isReordered) {
+        UpdateOrder();
+        m_applier.Refresh(m_scene);
+        m_isDeviceStale = true;  // no list of changes says what Refresh has changed
+    }
+    const scene::PoseChanges& changes =
+        m_applier.Apply(m_scene, m_evaluator.Evaluate(m_scene, m_clips), nodes);
+    if (materials.empty() && lights.empty()) {
+        Push(changes, gpu);
+        return;
+    }
+    scene::PoseChanges all = changes;
+    all.materials.insert(all.materials.end(), materials.begin(), materials.end());
+    all.lights.insert(all.lights.end(), lights.begin(), lights.end());
+    Push(all, gpu);
 }
 
 void Document::Push(const scene::PoseChanges& changes, GpuScene& gpu) {
@@ -395,24 +453,28 @@ void Document::Push(const scene::PoseChanges& changes, GpuScene& gpu) {
     m_isDeviceStale = false;
 }
 
-void Document::Put(const Edit& edit, GpuScene& gpu) {
+std::vector<Edit> Document::Put(std::span<const Edit> edits, GpuScene& gpu) {
     ++m_changes;
-    const Edit before = Current(edit);
-    Set(edit);
+    std::vector<Edit> before;
+    for (const Edit& edit : edits) {
+        before.push_back(Current(edit));
+        Set(edit);
+    }
+    std::ranges::reverse(before);
     try {
-        Follow(edit, gpu);
+        Follow(edits, gpu);
     } catch (...) {
-        Set(before);
+        for (const Edit& edit : before) Set(edit);
         Follow(before, gpu);
         throw;
     }
+    return before;
 }
 
 void Document::RequireShown(const Edit& edit) const {
     bool isShown = true;
     std::visit(Overloaded{
-                   [](const TransformEdit&) {},
-                   [](const PartsEdit&) {},
+                   [](const auto&) {},
                    [&](const VisibilityEdit& e) { isShown = m_scene.nodes[e.node].isVisible == e.isVisible; },
                    [&](const MaterialEdit& e) {
                        const scene::Material& shown = m_scene.materials[e.material];

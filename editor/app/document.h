@@ -24,7 +24,7 @@
 namespace raygraph::editor {
 
 // An edit holds the new value of a node, material or light as it is to be shown. Indices are those of
-// SceneData.
+// SceneData, and stay valid: a node that is removed keeps its index, without a place in the hierarchy.
 struct VisibilityEdit {
     uint32_t node = 0;
     bool isVisible = true;
@@ -48,7 +48,22 @@ struct PartsEdit {
     scene::TransformParts parts;
     glm::vec3 rest{0.0f};  // residual of parts.translation, in meters
 };
-using Edit = std::variant<TransformEdit, PartsEdit, VisibilityEdit, MaterialEdit, LightEdit>;
+struct NameEdit {
+    uint32_t node = 0;
+    std::string name;
+};
+struct ParentEdit {
+    uint32_t node = 0;
+    uint32_t parent = scene::kNone;  // kNone: the node is a root
+    uint32_t before = scene::kNone;  // the sibling that follows; kNone: it becomes the last one
+};
+// Whether the node, with all below it, is in the hierarchy; false: it has been removed.
+struct PresenceEdit {
+    uint32_t node = 0;
+    bool isPresent = true;
+};
+using Edit = std::variant<TransformEdit, PartsEdit, VisibilityEdit, MaterialEdit, LightEdit, NameEdit,
+                          ParentEdit, PresenceEdit>;
 
 class Document {
   public:
@@ -73,6 +88,14 @@ class Document {
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // indexed by node
     const std::vector<uint32_t>& Roots() const { return m_roots; }
+    // Returns a number that grows with every change of names and of the hierarchy.
+    uint64_t HierarchyCount() const { return m_hierarchyChanges; }
+    // Returns whether the node is in the hierarchy: neither removed nor in another scene of the file.
+    bool IsPresent(uint32_t node) const { return node < m_isPlaced.size() && m_isPlaced[node]; }
+    // Returns the node's name, else that of its mesh, else one made of its index.
+    std::string NameOf(uint32_t node) const;
+    // Returns those that are below no other one of them, each once, in the order of the hierarchy.
+    std::vector<uint32_t> Tops(std::span<const uint32_t> nodes) const;
     glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
     // Returns the node's transform to the world.
     const glm::mat4x3& WorldTransform(uint32_t node) const { return m_applier.NodeTransforms()[node].matrix; }
@@ -89,7 +112,27 @@ class Document {
     // Makes the edit, here and on the device. Consecutive edits of one target before Settle are one step of
     // the history, as while a slider is dragged. Throws Error{Usage} for an invalid value, and for one that
     // an animation overrides; then nothing changes.
-    void Apply(const Edit& edit, GpuScene& gpu);
+    void Apply(const Edit& edit, GpuScene& gpu) { Apply({&edit, 1}, gpu); }
+    // Makes several edits as one step of the history: all or, on an error, none. Values that one of them
+    // needs are those before all of them.
+    void Apply(std::span<const Edit> edits, GpuScene& gpu);
+    // --- The hierarchy. Each call is one step of the history, takes nodes with all below them, and throws
+    // Error{Usage} with the reason if it cannot be done; then nothing changes.
+    //
+    // Adds copies beside their originals, which place the same meshes; without animations. Returns them. What
+    // a skin or morph targets deform cannot be copied.
+    std::vector<uint32_t> Duplicate(std::span<const uint32_t> nodes, GpuScene& gpu);
+    struct Removed {
+        size_t nodes = 0;
+        size_t channels = 0;  // of animations: they move nothing any more, and files do not get them
+    };
+    // A joint of a skin that something else has cannot be removed.
+    Removed Remove(std::span<const uint32_t> nodes, GpuScene& gpu);
+    // Puts nodes below another one (kNone: they become roots), before a child of it (kNone: at the end).
+    // Where they are in the world stays, to rounding.
+    void Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32_t before, GpuScene& gpu);
+    // Returns the nodes that the last Undo or Redo has brought back.
+    const std::vector<uint32_t>& Restored() const { return m_restored; }
     // Ends a step of the history: the next edit starts a new one.
     void Settle() { m_isOpen = false; }
     bool CanUndo() const { return m_done > 0; }
@@ -119,7 +162,7 @@ class Document {
 
   private:
     struct Step {
-        Edit before, after;  // rest values
+        std::vector<Edit> before, after;  // rest values, in the order in which they are put
     };
     // A node places these: a contiguous range of instances, a light and a camera; scene::kNone: none.
     struct Placed {
@@ -138,10 +181,28 @@ class Document {
     // Throws if the node would lose its area where it or a descendant places a mesh, or its inverse where one
     // places a light.
     void RequireValidPlacement(const TransformEdit& edit) const;
-    // Makes an edit of rest values, here and on the device. On an error nothing has changed.
-    void Put(const Edit& edit, GpuScene& gpu);
-    void Set(const Edit& edit);                    // sets the rest values here
-    void Follow(const Edit& edit, GpuScene& gpu);  // updates the pose and the device
+    // Makes edits of rest values, here and on the device, and returns those that undo them. On an error
+    // nothing has changed.
+    std::vector<Edit> Put(std::span<const Edit> edits, GpuScene& gpu);
+    void Set(const Edit& edit);  // sets the rest values here
+    // Updates the pose and the device.
+    void Follow(std::span<const Edit> edits, GpuScene& gpu);
+    void PutStep(const std::vector<Edit>& edits, GpuScene& gpu);  // of the history
+    // Lists the nodes that are present, here and in the scenes.
+    void UpdateOrder();
+    std::vector<uint32_t>& SiblingsOf(uint32_t parent) {
+        return parent == scene::kNone ? m_allRoots : m_allChildren[parent];
+    }
+    // Adds a node to the scenes that is not present, as the last child of its parent; `copied` is its
+    // original, or kNone.
+    uint32_t AddNode(scene::Node node, uint32_t copied);
+    // Adds what `original` places to a copy of it.
+    void CopyObjects(uint32_t original, uint32_t copy);
+    // Calls `add`, which adds nodes and returns the uppermost ones, lets the device follow, and makes them
+    // present.
+    template <typename Add>
+    std::vector<uint32_t> AddNodes(Add&& add, GpuScene& gpu);
+    void WriteFile(const std::filesystem::path& to) const;
     // Sends the changes to the device, or the whole scene if an earlier error has interrupted this.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);
     // Returns the node and its descendants, parents first.
@@ -158,6 +219,17 @@ class Document {
     scene::SceneStatistics m_statistics;
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
+    // The hierarchy with the nodes that have been removed, in their places, and with those that are present.
+    std::vector<std::vector<uint32_t>> m_allChildren;
+    std::vector<uint32_t> m_allRoots;
+    std::vector<bool> m_isRemoved;  // indexed by node: itself
+    std::vector<bool> m_isPlaced;   // indexed by node: neither removed nor below one that is
+    uint64_t m_hierarchyChanges = 0;
+    std::vector<uint32_t> m_restored;
+    // Of what the scene was loaded from, see scene::SaveOrigin. The text is kept once a file has been
+    // written.
+    std::string m_json;
+    std::vector<uint32_t> m_copiedFrom;
     std::vector<Placed> m_placed;        // indexed by node
     std::vector<bool> m_isNodeAnimated;  // some animation changes a part of its transform
     std::vector<Step> m_steps;

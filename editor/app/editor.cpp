@@ -210,6 +210,7 @@ void Editor::MenuBar() {
     if (ImGui::BeginMenu("Camera")) {
         const std::vector<scene::Camera>& cameras = m_work.document.Scene().cameras;
         for (uint32_t i = 0; i < cameras.size(); ++i) {
+            if (!m_work.document.IsPresent(cameras[i].node)) continue;
             const std::string name = cameras[i].name.empty() ? Text("Camera {}", i) : cameras[i].name;
             if (ImGui::MenuItem(Text("{}##{}", name, i).c_str())) m_work.UseCamera(i);
         }
@@ -423,13 +424,18 @@ void Editor::Perform(Action action) {
             return m_work.Undo();
         case Action::Redo:
             return m_work.Redo();
+        case Action::Duplicate:
+            return m_work.DuplicateSelection();
+        case Action::Delete:
+            return m_work.DeleteSelection();
+        case Action::Rename:
+            return m_work.StartRename();
         case Action::Hide:
             return m_work.ToggleVisibility();
         case Action::Frame:
             return m_work.FrameSelection();
         case Action::SceneCamera:
-            return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
-                                                                            : std::optional<uint32_t>(0));
+            return m_work.UseCamera(m_work.FirstCamera());
         case Action::Front:
             return m_work.camera.LookAlong({0.0f, 0.0f, -1.0f});
         case Action::Back:
@@ -525,6 +531,9 @@ std::string Editor::WhyNot(Action action) const {
             return m_work.document.CanUndo() ? "" : "there is nothing to undo";
         case Action::Redo:
             return m_work.document.CanRedo() ? "" : "there is nothing to redo";
+        case Action::Duplicate:
+        case Action::Delete:
+        case Action::Rename:
         case Action::Hide:
             return m_work.selectedNode ? "" : "nothing is selected";
         default:

@@ -11,14 +11,19 @@ constexpr uint32_t kNoParent = ~0u;
 
 }  // namespace
 
-Hierarchy::Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots)
-    : m_children(std::move(children)),
-      m_roots(std::move(roots)),
-      m_parents(m_children.size(), kNoParent),
-      m_isOpen(m_children.size(), false) {
+Hierarchy::Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots) {
+    Update(std::move(children), std::move(roots));
+    if (m_roots.size() == 1) m_isOpen[m_roots[0]] = true;
+}
+
+void Hierarchy::Update(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots) {
+    m_children = std::move(children);
+    m_roots = std::move(roots);
+    m_isOpen.resize(m_children.size(), false);
+    m_parents.assign(m_children.size(), kNoParent);
     for (uint32_t node = 0; node < m_children.size(); ++node)
         for (const uint32_t child : m_children[node]) m_parents[child] = node;
-    if (m_roots.size() == 1) m_isOpen[m_roots[0]] = true;
+    m_isStale = true;
 }
 
 const std::vector<Hierarchy::Row>& Hierarchy::Rows() const {

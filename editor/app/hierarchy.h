@@ -14,6 +14,9 @@ class Hierarchy {
     // Starts with a single root node open, and all others closed.
     Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots);
 
+    // Takes another hierarchy of the same nodes, and of new ones; what was open stays open.
+    void Update(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots);
+
     struct Row {
         uint32_t node = 0;
         uint32_t depth = 0;

@@ -23,31 +23,79 @@ namespace {
 constexpr ImGuiSliderFlags kBounded = ImGuiSliderFlags_AlwaysClamp;
 constexpr float kTooltipSeconds = 0.6f;
 
-std::string NameOf(const scene::SceneData& scene, uint32_t node) {
-    const scene::Node& of = scene.nodes[node];
-    if (!of.name.empty()) return of.name;
-    if (of.mesh != scene::kNone && !scene.meshes[of.mesh].name.empty()) return scene.meshes[of.mesh].name;
-    return Text("node {}", node);
+// Takes a name in place of the row: with Enter or a click elsewhere; Escape restores the old one.
+void NameField(Workspace& work) {
+    NameDraft& draft = *work.nameDraft;
+    if (std::exchange(draft.isNew, false)) ImGui::SetKeyboardFocusHere();
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ImGui::GetStyle().FramePadding.x, 0.0f});
+    ImGui::SetNextItemWidth(-1.0f);
+    ImGui::InputText("##name", draft.text.data(), draft.text.size(), ImGuiInputTextFlags_AutoSelectAll);
+    ImGui::PopStyleVar();
+    if (!ImGui::IsItemDeactivated()) return;
+    const NameDraft taken = *std::exchange(work.nameDraft, std::nullopt);
+    if (std::string name = taken.text.data(); name != work.document.NameOf(taken.node))
+        work.Rename(taken.node, name);
+}
+
+void NodeMenu(Workspace& work, uint32_t node) {
+    if (!ImGui::BeginPopupContextItem()) return;
+    if (std::ranges::count(work.selectedNodes, node) == 0) work.Select(node);
+    const auto item = [&](Action action) {
+        return ImGui::MenuItem(Row(action).label, work.keys.TextOf(action).c_str());
+    };
+    if (item(Action::Frame)) work.FrameSelection();
+    if (item(Action::Hide)) work.ToggleVisibility();
+    ImGui::Separator();
+    if (item(Action::Rename)) work.StartRename();
+    if (item(Action::Duplicate)) work.DuplicateSelection();
+    if (work.document.Scene().nodes[node].parent != scene::kNone && ImGui::MenuItem("Make a root"))
+        work.Reparent(node, std::nullopt);
+    if (item(Action::Delete)) work.DeleteSelection();
+    ImGui::EndPopup();
+}
+
+constexpr const char* kNodePayload = "node";
+
+// Takes a row that is dropped on the last item.
+void DropTarget(Workspace& work, std::optional<uint32_t> parent) {
+    if (!ImGui::BeginDragDropTarget()) return;
+    if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kNodePayload))
+        work.Reparent(*static_cast<const uint32_t*>(payload->Data), parent);
+    ImGui::EndDragDropTarget();
 }
 
 void NodeRow(Workspace& work, const Hierarchy::Row& row) {
     const uint32_t node = row.node;
     ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth |
                                ImGuiTreeNodeFlags_NoTreePushOnOpen;
+    const bool isSelected = std::ranges::count(work.selectedNodes, node) > 0;
     if (work.hierarchy.Children(node).empty()) flags |= ImGuiTreeNodeFlags_Leaf;
-    if (work.selectedNode == node) flags |= ImGuiTreeNodeFlags_Selected;
+    if (isSelected) flags |= ImGuiTreeNodeFlags_Selected;
     const float indent = 14.0f * static_cast<float>(std::min(row.depth, 40u)) + 0.01f;
     ImGui::Indent(indent);
+    if (work.nameDraft && work.nameDraft->node == node) {
+        NameField(work);
+        ImGui::Unindent(indent);
+        return;
+    }
     ImGui::SetNextItemOpen(work.hierarchy.IsOpen(node));
     const bool isHidden = !work.document.IsVisible(node);
     if (isHidden) ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    const bool isOpen = ImGui::TreeNodeEx(reinterpret_cast<void*>(uintptr_t{node} + 1), flags, "%s",
-                                          NameOf(work.document.Scene(), node).c_str());
+    const std::string name = work.document.NameOf(node);
+    const bool isOpen =
+        ImGui::TreeNodeEx(reinterpret_cast<void*>(uintptr_t{node} + 1), flags, "%s", name.c_str());
     if (isHidden) ImGui::PopStyleColor();
     if (ImGui::IsItemToggledOpen())
         work.hierarchy.SetOpen(node, isOpen);
-    else if (ImGui::IsItemClicked())
+    else if (ImGui::IsItemClicked() && !isSelected)
         work.Select(node);
+    if (ImGui::BeginDragDropSource()) {
+        ImGui::SetDragDropPayload(kNodePayload, &node, sizeof(node));
+        ImGui::TextUnformatted(name.c_str());
+        ImGui::EndDragDropSource();
+    }
+    DropTarget(work, node);
+    NodeMenu(work, node);
     ImGui::Unindent(indent);
 }
 
@@ -347,6 +395,11 @@ void HierarchyPanel(Workspace& work) {
     while (clipper.Step())
         for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
             NodeRow(work, rows[static_cast<size_t>(i)]);
+    // The place below the rows stands for the top of the hierarchy
+    const ImVec2 rest = ImGui::GetContentRegionAvail();
+    ImGui::InvisibleButton("top",
+                           {std::max(rest.x, 1.0f), std::max(rest.y, 1.5f * ImGui::GetTextLineHeight())});
+    DropTarget(work, std::nullopt);
     ImGui::EndChild();
 }
 
@@ -357,7 +410,7 @@ void InspectorPanel(Workspace& work) {
     }
     const uint32_t node = *work.selectedNode;
     const scene::SceneData& scene = work.document.Scene();
-    ImGui::TextUnformatted(NameOf(scene, node).c_str());
+    ImGui::TextUnformatted(work.document.NameOf(node).c_str());
     VisibilityField(work, node);
     ImGui::PushItemWidth(-90.0f);
     if (work.document.IsPlacedBySkin(node))

@@ -158,6 +158,20 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        m_input.text = command.text;
                        frame();
                    },
+                   [&](const SelectNodes& command) {
+                       Workspace& work = editor.Work();
+                       std::vector<uint32_t> nodes;
+                       for (const std::string& name : command.names) {
+                           const std::vector<uint32_t>& all = work.document.Scene().nodeOrder;
+                           const auto node = std::ranges::find(
+                               all, name, [&](uint32_t i) { return work.document.NameOf(i); });
+                           if (node == all.end()) Fail(line, Text("there is no node {}", Quoted(name)));
+                           nodes.push_back(*node);
+                       }
+                       work.SelectAll(std::move(nodes));
+                       work.nodeToReveal = work.selectedNode;
+                       frame();
+                   },
                    [&](const AdvanceFrames& command) {
                        for (uint32_t i = 0; i < command.count; ++i) frame();
                    },
@@ -255,6 +269,7 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     const uint32_t samples = work.view.Progress().pathTracedSamples;
     const size_t edits = work.document.EditCount();
     const std::string view = Name(work.view.Show().view);
+    const size_t nodes = work.document.Scene().nodeOrder.size();
     const std::string selected =
         work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
     const Timeline& timeline = work.timeline;
@@ -273,6 +288,8 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
             return require(work.message.find(expected.text) != std::string::npos, work.message);
         case Of::Edits:
             return require(edits == expected.number, std::to_string(edits));
+        case Of::Nodes:
+            return require(nodes == expected.number, std::to_string(nodes));
         case Of::Time:
             return require(time == expected.text, time);
         case Of::Playing:
@@ -382,6 +399,7 @@ class LineReader {
         if (verb == "drag") return HoldButton{ButtonOf(Word(1)), true, true, true, Place(Word(2), Word(3))};
         if (verb == "wheel") return ScrollWheel{Number(Word(1), -1e3f, 1e3f)};
         if (verb == "text") return TypeText{CodePoints(Rest(1))};
+        if (verb == "select") return SelectNodes{Names(1)};
         if (verb == "frames") return AdvanceFrames{Count(Word(1))};
         if (verb == "wait") return WaitUntilDone{};
         if (verb == "samples") return WaitForSamples{Count(Word(1))};
@@ -411,6 +429,13 @@ class LineReader {
     }
 
   private:
+    // Reads a list with commas.
+    std::vector<std::string> Names(size_t from) const {
+        std::istringstream list(Rest(from));
+        std::vector<std::string> names;
+        for (std::string name; std::getline(list >> std::ws, name, ',');) names.push_back(name);
+        return names;
+    }
     const std::string& Word(size_t i) const {
         if (i >= m_words.size()) Reject("a word is missing");
         return m_words[i];
@@ -427,6 +452,7 @@ class LineReader {
         if (what == "variant") return {Of::Variant, value};
         if (what == "message") return {Of::Message, value};
         if (what == "time") return {Of::Time, value};
+        if (what == "nodes") return {Of::Nodes, "", Count(value)};
         if (what == "edits") return {Of::Edits, "", Count(value)};
         if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
         if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};

@@ -6,6 +6,7 @@
 //   mouse 640 360          moves there               click left        also press, release; right, middle
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
+//   select NAME, NAME      nodes; the last is the active one
 //   frames 10              lets time pass            wait              until loads, picks and files are done
 //   samples 64             until the view has all   material base 1 0 0   of what is selected
 //   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
@@ -20,7 +21,7 @@
 //   time SECONDS           shows that time           stop              back to the rest pose
 //   close                  as the window's button   expect asking yes | leaving no: the question about
 //                          unsaved edits, which key S, D or escape answers; whether the editor ends
-//   expect selected NAME | view NAME | variant NAME | message TEXT | edits N
+//   expect selected NAME | view NAME | variant NAME | message TEXT | edits N | nodes N
 //   expect samples-below N | samples-above N | playing yes | time 0.250 | time rest
 // clang-format on
 #pragma once
@@ -72,6 +73,9 @@ struct ScrollWheel {
 };
 struct TypeText {
     std::u32string text;
+};
+struct SelectNodes {
+    std::vector<std::string> names;
 };
 struct AdvanceFrames {
     uint32_t count;
@@ -125,6 +129,7 @@ struct Expectation {
         Variant,
         Message,
         Edits,
+        Nodes,
         Time,
         Asking,
         Leaving,
@@ -134,13 +139,13 @@ struct Expectation {
     };
     Of of;
     std::string text;     // argument of Selected, Variant, Message and Time
-    uint32_t number = 0;  // argument of Edits and Samples; Asking, Leaving, Playing: 1 is yes, 0 is no
+    uint32_t number = 0;  // argument of Edits, Nodes and Samples; Asking, Leaving, Playing: 1 is yes, 0 is no
     viewport::View view = viewport::View::PathTraced;
 };
 
 using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
-                 TypeText, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
+                 TypeText, SelectNodes, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
                  UseConfigFolder, SaveSceneFile, ShowView, CompareWith, SetDenoised, ShowVariant, PlayFor,
                  ShowTime, StopPlaying, ChooseClips, SetBaseColor, Expectation>;
 

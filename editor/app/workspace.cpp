@@ -68,16 +68,81 @@ void Workspace::ToggleVisibility() {
     document.Settle();
 }
 
+void Workspace::DuplicateSelection() {
+    std::vector<uint32_t> copies;
+    if (!Try([&] { copies = document.Duplicate(selectedNodes, gpu); })) return;
+    FollowHierarchy();
+    nodeToReveal = copies.back();
+    ShowMessage(copies.size() == 1 ? Text("duplicated as '{}'", document.NameOf(copies.back()))
+                                   : Text("duplicated {} nodes", copies.size()));
+    SelectAll(std::move(copies));
+}
+
+void Workspace::DeleteSelection() {
+    const std::vector<uint32_t> tops = document.Tops(selectedNodes);
+    if (tops.empty()) return;
+    const uint32_t parent = document.Scene().nodes[tops.back()].parent;
+    Document::Removed removed;
+    if (!Try([&] { removed = document.Remove(tops, gpu); })) return;
+    Select(parent == scene::kNone ? std::nullopt : std::optional(parent));
+    FollowHierarchy();
+    std::string text = Text("deleted {}", Counted(removed.nodes, "node"));
+    if (removed.channels > 0) text += Text(", {} with it", Counted(removed.channels, "animation channel"));
+    ShowMessage(std::move(text));
+}
+
+void Workspace::Reparent(uint32_t node, std::optional<uint32_t> parent) {
+    const bool isSelected = std::ranges::count(selectedNodes, node) > 0;
+    const std::vector<uint32_t> nodes = isSelected ? selectedNodes : std::vector{node};
+    if (!Try([&] { document.Reparent(nodes, parent.value_or(scene::kNone), scene::kNone, gpu); })) return;
+    FollowHierarchy();
+    nodeToReveal = node;
+    ShowMessage(parent ? Text("'{}' is below '{}'", document.NameOf(node), document.NameOf(*parent))
+                       : Text("'{}' is a root", document.NameOf(node)));
+}
+
+void Workspace::Rename(uint32_t node, const std::string& name) {
+    if (name == document.Scene().nodes[node].name) return;
+    document.Settle();
+    Apply(NameEdit{node, name});
+    document.Settle();
+    FollowHierarchy();
+}
+
+void Workspace::StartRename() {
+    if (!selectedNode) return;
+    panels.hierarchy = true;
+    nodeToReveal = selectedNode;
+    const std::string name = document.NameOf(*selectedNode);
+    nameDraft = NameDraft{.node = *selectedNode};
+    std::copy_n(name.begin(), std::min(name.size(), nameDraft->text.size() - 1), nameDraft->text.begin());
+}
+
+void Workspace::FollowHierarchy() {
+    hierarchy.Update(document.Children(), document.Roots());
+    if (nameDraft && !document.IsPresent(nameDraft->node)) nameDraft.reset();
+    std::vector<uint32_t> present = selectedNodes;
+    std::erase_if(present, [&](uint32_t node) { return !document.IsPresent(node); });
+    if (present.size() != selectedNodes.size()) SelectAll(std::move(present));
+}
+
 void Workspace::ShowVariant(uint32_t variant) {
     Try([&] { document.ShowVariant(variant, gpu); });
 }
 
 void Workspace::Undo() {
-    Try([&] { document.Undo(gpu); });
+    if (Try([&] { document.Undo(gpu); })) FollowHistory();
 }
 
 void Workspace::Redo() {
-    Try([&] { document.Redo(gpu); });
+    if (Try([&] { document.Redo(gpu); })) FollowHistory();
+}
+
+void Workspace::FollowHistory() {
+    FollowHierarchy();
+    if (document.Restored().empty()) return;
+    SelectAll(document.Restored());
+    nodeToReveal = selectedNode;
 }
 
 bool Workspace::SaveScene(const std::filesystem::path& file) {
@@ -297,6 +362,7 @@ bool Workspace::Show(LoadedScene loaded) {
     AddRecentFile(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
     nodeToReveal.reset();
+    nameDraft.reset();
     Select(std::nullopt);
     explained.Clear();
     bookmarks = {};
@@ -308,9 +374,25 @@ bool Workspace::Show(LoadedScene loaded) {
 }
 
 void Workspace::Select(std::optional<uint32_t> node, std::optional<uint32_t> material) {
-    selectedNode = node;
+    SelectAll(node ? std::vector{*node} : std::vector<uint32_t>());
     selectedMaterial = material;
-    view.SetOutlined(node ? document.InstancesUnder(*node) : std::vector<uint32_t>{});
+}
+
+void Workspace::SelectAll(std::vector<uint32_t> nodes) {
+    selectedNodes = std::move(nodes);
+    selectedNode = selectedNodes.empty() ? std::nullopt : std::optional(selectedNodes.back());
+    selectedMaterial.reset();
+    std::vector<uint32_t> outlined;
+    for (const uint32_t top : document.Tops(selectedNodes))
+        for (const uint32_t instance : document.InstancesUnder(top)) outlined.push_back(instance);
+    view.SetOutlined(outlined);
+}
+
+std::optional<uint32_t> Workspace::FirstCamera() const {
+    const std::vector<scene::Camera>& cameras = document.Scene().cameras;
+    for (uint32_t i = 0; i < cameras.size(); ++i)
+        if (document.IsPresent(cameras[i].node)) return i;
+    return std::nullopt;
 }
 
 float Workspace::Aspect() const {
@@ -338,7 +420,7 @@ void Workspace::UseCamera(const std::string& choice) {
     if (const std::optional<uint32_t> index = scene::FindCamera(scene, choice))
         UseCamera(index);
     else if (choice.empty())
-        UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
+        UseCamera(FirstCamera());
     else
         SetCameraView(scene::ChooseView(scene, choice, Aspect()));
 }

@@ -34,6 +34,13 @@ struct Bookmark {
     float distance = 1.0f;
 };
 
+// A node's name that is being typed in the hierarchy.
+struct NameDraft {
+    uint32_t node = 0;
+    std::array<char, 256> text{};
+    bool isNew = true;  // no frame has shown it
+};
+
 class Workspace {
   public:
     // `shaders` is the folder of shader sources for hot reload, or "". `messages` is the log that the panel
@@ -96,15 +103,26 @@ class Workspace {
     void UseCamera(std::optional<uint32_t> camera);
     // Looks through a camera as in scene::ChooseView. Throws Error{Usage} if the scene does not have it.
     void UseCamera(const std::string& choice);
+    // Returns the first camera that has not been deleted.
+    std::optional<uint32_t> FirstCamera() const;
     // Advances the timeline, and shows its pose; called once a frame. Does nothing if that pose is shown.
     void Animate(double seconds);
     // Selects a node, with the material that was picked, if one was.
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
+    void SelectAll(std::vector<uint32_t> nodes);  // the last one is the active one
     // Frames the selection, or the whole scene.
     void FrameSelection();
     // Applies an edit. If the scene refuses it, nothing changes, and message and log say why.
     void Apply(const Edit& edit);
     void ToggleVisibility();  // shows or hides the selection
+    // Edits of the hierarchy, with their messages; the selection follows. Copies are selected, and of what
+    // was deleted the parent.
+    void DuplicateSelection();
+    void DeleteSelection();
+    // Puts the selection (if `node` is part of it, else the node alone) below `parent`, else makes it roots.
+    void Reparent(uint32_t node, std::optional<uint32_t> parent);
+    void Rename(uint32_t node, const std::string& name);
+    void StartRename();  // lets the name of the selection be typed in the hierarchy
     void Undo();
     void Redo();
     // Records the times of the last frames; called once a frame.
@@ -147,7 +165,9 @@ class Workspace {
     std::optional<Action> actionToBind;  // the next key is given to it
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // to be scrolled to in the hierarchy
-    std::optional<uint32_t> selectedNode;
+    std::optional<NameDraft> nameDraft;
+    std::optional<uint32_t> selectedNode;      // the active one of the selected nodes
+    std::vector<uint32_t> selectedNodes;       // all of them
     std::optional<uint32_t> selectedMaterial;  // material of the pick
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
@@ -170,6 +190,8 @@ class Workspace {
     void ObserveRealTime(double now);
     float Aspect() const;  // returns the aspect ratio of the picture
     void SetCameraView(const scene::CameraView& place);
+    void FollowHierarchy();  // after it has changed
+    void FollowHistory();    // after undo and redo
 
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();

@@ -551,8 +551,16 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             m_impl->scene->lights.SetPunctual(i, posed.lights[i], LightOwner::OfNode);
             ++m_impl->context.revisions.lights;
         });
-    for (const uint32_t i : changes.lightsShown)
-        if (isOwnedByScene(m_impl->scene->owners.lights, i)) SetLightVisible(i, applier.IsLightVisible(i));
+    LightSources& sources = m_impl->context.environment.Sources();
+    for (const uint32_t i : changes.lightsShown) {
+        if (!isOwnedByScene(m_impl->scene->owners.lights, i)) continue;
+        SetLightVisible(i, applier.IsLightVisible(i));
+        if (i < m_impl->scene->firstExtendedLight) continue;
+        if (applier.IsLightVisible(i))
+            sources.lights.insert(i);
+        else
+            sources.lights.erase(i);
+    }
     for (const uint32_t i : changes.skins)
         if (m_impl->scene->deform->FollowJoints(i, applier.JointMatricesOf(i)))
             ++m_impl->context.revisions.shapes;
@@ -578,6 +586,50 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
     });
     SetPose(posed, applier, all);
     m_impl->scene->RestartOrigin();
+}
+
+void GpuScene::Extend(const scene::SceneData& posed) {
+    m_impl->RequireNoFrame("Extend");
+    SceneObjects& scene = *m_impl->scene;
+    const size_t firstInstance = scene.setInstances, firstLight = scene.setLights;
+    if (posed.instances.size() < firstInstance || posed.lights.size() < firstLight)
+        throw Error(ErrorKind::Usage, "GpuScene: Extend: the outline has fewer objects than the scene");
+    const bool addsInstances = posed.instances.size() > firstInstance,
+               addsLights = posed.lights.size() > firstLight;
+    if ((addsInstances && scene.instances.Count() != firstInstance) ||
+        (addsLights && scene.lights.PunctualCount() != firstLight))
+        throw Error(ErrorKind::Usage,
+                    "GpuScene: Extend: other objects have been added, and have the indices");
+    std::vector<scene::PlacedTransform> places;
+    for (size_t i = firstInstance; i < posed.instances.size(); ++i) {
+        const scene::Instance& instance = posed.instances[i];
+        scene.RequireMesh(instance.mesh);
+        if (instance.isDeformed || !scene.CanBePlaced(instance.mesh))
+            throw MakeError(ErrorKind::Usage, "GpuScene: Extend: instance {} is deformed", i);
+        places.push_back(scene::CheckedPlacement({instance.objectToWorld, instance.translationResidual},
+                                                 scene.instances.BoundsOf(instance.mesh),
+                                                 Text("GpuScene: Extend: instance {}", i)));
+    }
+    WithMemoryErrors("Extend", [&] {
+        scene.owners.instances.Reserve(posed.instances.size());
+        scene.owners.lights.Reserve(posed.lights.size());
+        size_t instances = firstInstance, lights = firstLight;
+        try {
+            for (; instances < posed.instances.size(); ++instances)
+                scene.owners.instances.Set(scene.AddInstance(posed.instances[instances].mesh,
+                                                             places[instances - firstInstance], false),
+                                           kOwnedByScene);
+            for (; lights < posed.lights.size(); ++lights)
+                scene.owners.lights.Set(scene.AddLight(posed.lights[lights], false, LightOwner::OfNode),
+                                        kOwnedByScene);
+        } catch (...) {
+            while (lights-- > firstLight) scene.RemoveLight(static_cast<uint32_t>(lights));
+            while (instances-- > firstInstance) scene.RemoveInstance(static_cast<uint32_t>(instances));
+            throw;
+        }
+        scene.setInstances = instances;
+        scene.setLights = lights;
+    });
 }
 
 }  // namespace raygraph

@@ -239,6 +239,11 @@ class RAYGRAPH_API GpuScene {
                  const scene::PoseChanges& changes);
     // Applies everything that an applier may change, changed or not: after an Error, or PoseApplier::Refresh.
     void SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier);
+    // Adds the instances and lights that the outline has beyond those that were set, as copies that an
+    // editor makes: SetPose moves them like the others, and they get the outline's indices. They are
+    // invisible until SetPose shows them. Throws Error{Usage} for an instance that is deformed, and if
+    // AddInstance or AddLight have taken an index; Error{OutOfMemory}. On an Error nothing has changed.
+    void Extend(const scene::SceneData& posed);
     // For a host that animates by itself: one matrix per joint of the skin, from the mesh's object space to
     // that of the instances with the skin (scene::JointMatrices). The next frame deforms their vertices and
     // refits their BLASes. Throws Error{Usage} for a skin that does not exist, another count (none for a skin

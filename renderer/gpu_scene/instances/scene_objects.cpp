@@ -34,7 +34,8 @@ SceneObjects::SceneObjects(SceneContext& context, std::unique_ptr<SceneMaterials
              context.desc.lightRule),
       setInstances(data.instances.size()),
       setMaterials(data.materials.size()),
-      setLights(data.lights.size()) {
+      setLights(data.lights.size()),
+      firstExtendedLight(data.lights.size()) {
     draws.Upload(context.uploader);
     if (geometry->deform) deform.emplace(context.device, *geometry, instances);
     context.builder.Reserve();

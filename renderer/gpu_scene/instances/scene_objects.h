@@ -136,8 +136,9 @@ class SceneObjects {
     std::optional<DeformSet> deform;  // nullopt: no mesh is deformed
     std::optional<WideSet> trees;     // nullopt with Traversal::Driver
     ObjectOwners owners;
-    // The numbers of objects that SetScene added: SetPose requires these.
-    const size_t setInstances, setMaterials, setLights;
+    // The numbers of objects that SetScene and Extend added: SetPose requires these.
+    size_t setInstances, setMaterials, setLights;
+    const size_t firstExtendedLight;  // by Extend: whether they shine counts for DefaultLight::Auto
 };
 
 }  // namespace raygraph

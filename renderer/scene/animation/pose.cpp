@@ -246,7 +246,7 @@ void PoseApplier::Refresh(SceneData& scene) {
         JointMatrices(m_nodeToWorld, scene.skins[i], skin.frame,
                       std::span(m_matrices).subspan(skin.firstMatrix));
     }
-    m_isNodeVisible.assign(scene.nodes.size(), 1);
+    m_isNodeVisible.assign(scene.nodes.size(), 0);  // until nodeOrder lists it
     m_isInstanceVisible.assign(scene.instances.size(), 1);
     m_isLightVisible.assign(scene.lights.size(), 1);
     m_isVisibilityChanged = true;

@@ -143,7 +143,8 @@ class RAYGRAPH_API PoseApplier {
     // Returns whether the nodes of an instance are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceVisible[instance] != 0; }
     bool IsLightVisible(uint32_t light) const { return m_isLightVisible[light] != 0; }
-    // Returns whether the node and all above it are visible.
+    // Returns whether the node and all above it are visible; false for one that is not in nodeOrder, which
+    // an editor has removed: what it places is not visible either.
     bool IsNodeVisible(uint32_t node) const { return m_isNodeVisible[node] != 0; }
     // Returns the bounds of an instance in world space, whether or not it is visible.
     const Bounds& BoundsOf(uint32_t instance) const { return m_instanceBounds[instance]; }

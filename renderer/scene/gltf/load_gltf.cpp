@@ -149,7 +149,8 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.images = ReadMaterials(context, document.model, outline.scene);
     outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
-    const GraphIndices graph = ReadNodes(context, document.model, outline.scene);
+    outline.graph = ReadNodes(context, document.model, outline.scene);
+    const GraphIndices& graph = outline.graph;
     ReadSkins(context, document, outline.tables, outline.layouts, outline.instancing, outline.scene);
     outline.animations = ReadAnimations(
         context, document.animations, outline.tables, outline.layouts,

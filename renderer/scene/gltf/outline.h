@@ -41,6 +41,7 @@ struct GltfOutline {
     std::vector<ProfileSource> profiles;       // by SceneData::profiles
     std::vector<MeshLayout> layouts;           // indexed by mesh
     std::vector<InstancingLayout> instancing;  // indexed by node
+    GraphIndices graph;                        // the file's indices of what the scene has
     std::vector<SkinSource> skins;             // indexed by skin
     std::vector<AnimationLayout> animations;   // indexed by animation
     uint32_t defaultMaterial = kNone;          // added to scene.materials, if a primitive names none

@@ -35,13 +35,6 @@ OrderedJson JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
     return array;
 }
 
-// Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
-void Use(OrderedJson& root, const char* extension) {
-    OrderedJson& used = root["extensionsUsed"];
-    if (!used.is_array()) used = OrderedJson::array();
-    if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
-}
-
 // --- Nodes ---
 
 // `isMoved` says that its position differs from that of the file, whose numbers may have more digits.
@@ -234,8 +227,6 @@ OrderedJson& AddDefault(OrderedJson& root) {
 
 // --- Lights ---
 
-constexpr const char* kLights = "KHR_lights_punctual";
-
 bool HasSameValues(const Light& a, const Light& b) {
     bool isSame = a.type == b.type && a.profile == b.profile;
     ForEachLightField(a, [&](const auto& field) { isSame &= a.*field.member == b.*field.member; });
@@ -247,15 +238,6 @@ void PutLight(OrderedJson& light, const Light& loaded, const Light& edited) {
         if (edited.*field.member == loaded.*field.member) return;
         PutField(*field.object == 0 ? light : light[field.object], field, edited.*field.member);
     });
-}
-
-OrderedJson* LightOf(OrderedJson& node) {
-    const auto extensions = node.find("extensions");
-    if (extensions == node.end()) return nullptr;
-    const auto lights = extensions->find(kLights);
-    if (lights == extensions->end()) return nullptr;
-    const auto light = lights->find("light");
-    return light == lights->end() ? nullptr : &*light;
 }
 
 // The values of a node's light with a profile, whose color glTF bounds by 1: what is above goes to the
@@ -292,13 +274,28 @@ std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData&
     return lights;
 }
 
-[[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene) {
+}  // namespace
+
+void Use(OrderedJson& root, const char* extension) {
+    OrderedJson& used = root["extensionsUsed"];
+    if (!used.is_array()) used = OrderedJson::array();
+    if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
+}
+
+OrderedJson* LightOf(OrderedJson& node) {
+    const auto extensions = node.find("extensions");
+    if (extensions == node.end()) return nullptr;
+    const auto lights = extensions->find(kPunctualLights);
+    if (lights == extensions->end()) return nullptr;
+    const auto light = lights->find("light");
+    return light == lights->end() ? nullptr : &*light;
+}
+
+void FailOther(const char* what, size_t inFile, size_t inScene) {
     throw MakeError(ErrorKind::BadInput,
                     "the file has {} {}, the scene {}: it is not the one that was loaded", inFile, what,
                     inScene);
 }
-
-}  // namespace
 
 OrderedJson JsonNumber(float value) {
     // A double of these digits is written with these digits, and is the float again when it is rounded
@@ -314,8 +311,6 @@ void PatchNodes(OrderedJson& root, const SceneData& loaded, const SceneData& edi
     if (loaded.nodes.size() != edited.nodes.size())
         FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
     for (size_t i = 0; i < loaded.nodes.size(); ++i) {
-        if (loaded.nodes[i].parent != edited.nodes[i].parent)
-            throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
         PatchNode(root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
         PatchVisibility(root, i, loaded.nodes[i], edited.nodes[i]);
     }
@@ -343,27 +338,30 @@ void PatchMaterials(OrderedJson& root, const GltfOutline& outline, const SceneDa
 }
 
 void PatchLights(OrderedJson& root, const SceneData& loaded, const SceneData& edited) {
-    if (loaded.lights.size() != edited.lights.size())
-        FailOther("lights", loaded.lights.size(), edited.lights.size());
+    std::vector<bool> isPlaced(edited.nodes.size(), false);
+    for (const uint32_t node : edited.nodeOrder) isPlaced[node] = true;
+    const auto count = static_cast<size_t>(std::ranges::count_if(
+        edited.lights, [&](const Light& light) { return light.node == kNone || isPlaced[light.node]; }));
+    if (loaded.lights.size() != count) FailOther("lights", loaded.lights.size(), count);
     if (loaded.lights.empty()) return;
     const std::vector<const Light*> now = EditedLights(loaded, edited);
     OrderedJson& nodes = root["nodes"];
-    size_t count = loaded.lights.size();  // without those with a profile, which are the last ones
-    for (; count > 0 && loaded.lights[count - 1].profile != kNone; --count) {
-        const Light& light = loaded.lights[count - 1];
-        PutProfileLight(nodes[light.node], light, *now[count - 1]);
+    size_t punctual = count;  // without those with a profile, which are the last ones
+    for (; punctual > 0 && loaded.lights[punctual - 1].profile != kNone; --punctual) {
+        const Light& light = loaded.lights[punctual - 1];
+        PutProfileLight(nodes[light.node], light, *now[punctual - 1]);
     }
-    if (count == 0) return;
-    OrderedJson& lights = root["extensions"][kLights]["lights"];
+    if (punctual == 0) return;
+    OrderedJson& lights = root["extensions"][kPunctualLights]["lights"];
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
     for (OrderedJson& node : nodes)
         if (const OrderedJson* light = LightOf(node)) userCount[light->get<size_t>()]++;
     // The scene's lights are visited by the file's: those of one are neighbors (SceneData::lights)
-    for (size_t first = 0, end = 0; first < count; first = end) {
+    for (size_t first = 0, end = 0; first < punctual; first = end) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
         const size_t index = lightOf(first);
         bool isAlike = true;
-        for (end = first; end < count && lightOf(end) == index; ++end) {
+        for (end = first; end < punctual && lightOf(end) == index; ++end) {
             if (now[end]->type != loaded.lights[end].type)
                 throw MakeError(ErrorKind::Usage, "the light of nodes[{}]: its type cannot be changed",
                                 now[end]->node);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "renderer/scene/gltf/outline.h"
 
@@ -15,6 +17,33 @@ void PatchNodes(nlohmann::ordered_json& root, const SceneData& loaded, const Sce
 void PatchMaterials(nlohmann::ordered_json& root, const GltfOutline& loaded, const SceneData& edited);
 void PatchLights(nlohmann::ordered_json& root, const SceneData& loaded, const SceneData& edited);
 
+// --- Nodes that came, went or were moved in the hierarchy (save_gltf.h) ---
+
+// Tells which nodes of `edited` the file does not get: they are in no scene any more.
+struct NodeChanges {
+    size_t fileCount = 0;      // the nodes that the file has; later ones were added
+    std::vector<bool> isGone;  // indexed by node of `edited`
+};
+// Gives the tree and what was loaded from it the nodes that were added, with their lights and cameras, as
+// copies of nodes of the file or empty ones, and takes everything from those that are gone. The functions
+// above then write the values.
+NodeChanges PatchNodeList(nlohmann::ordered_json& root, GltfOutline& loaded, const SceneData& edited,
+                          std::span<const uint32_t> copiedFrom);
+// Writes names, children and the roots of scenes, then removes the nodes that are gone, with the channels of
+// animations and the skins that name them. The last patch: indices of nodes change. If the file uses an
+// extension that is not read and may name nodes, nodes of the file that are gone stay there, empty and
+// unused. Throws Error{Usage} if a skin that is used would lose a joint.
+void PatchHierarchy(nlohmann::ordered_json& root, const GltfOutline& loaded, const SceneData& edited,
+                    const NodeChanges& changes);
+
+// --- What the patches share ---
+
+inline constexpr const char* kPunctualLights = "KHR_lights_punctual";
+// Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
+void Use(nlohmann::ordered_json& root, const char* extension);
+// Returns the index of a node's punctual light; nullptr if it has none.
+nlohmann::ordered_json* LightOf(nlohmann::ordered_json& node);
+[[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene);
 // Returns the shortest decimal number that is this float.
 nlohmann::ordered_json JsonNumber(float value);
 

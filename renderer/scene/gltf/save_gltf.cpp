@@ -196,8 +196,15 @@ void Write(const GltfContainer& container, Json& root, const fs::path& target, b
     WriteWhole(target, AsBytes(root.dump(indent.width, indent.character) + "\n"));
 }
 
-void Save(const fs::path& source, const SceneData& edited, const fs::path& target,
-          const LoadOptions& options) {
+// The text of `origin` knows no file that was written since: the first buffer may have left the .glb.
+void TakeBuffers(Json& root, std::string_view current) {
+    const std::optional<RepairedText> repaired = RepairStrings(current);
+    const Json now = Json::parse(repaired ? std::string_view(repaired->text) : current);
+    if (const auto buffers = now.find("buffers"); buffers != now.end()) root["buffers"] = *buffers;
+}
+
+void Save(const fs::path& source, const SceneData& edited, const fs::path& target, const LoadOptions& options,
+          const SaveOrigin& origin) {
     const bool isGlb = IsGlb(target);
     const ScenePath located = Locate(source);
     DiskFileReader disk;
@@ -207,22 +214,26 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
     context.bytesRead = file.size();
     const GltfContainer container = OpenContainer(file, context.label);
+    const std::string_view json = origin.json.empty() ? container.json : origin.json;
     // Once to be checked, once with its order
-    GltfOutline loaded = ReadOutline(context, container.json);
+    GltfOutline loaded = ReadOutline(context, json);
     if (edited.materials.size() > loaded.scene.materials.size()) {
         // The default material may be that of points or lines
         LoadOptions shown = options;
         shown.pointsAndLines = {.points = {.value = 1.0f}, .lines = {.value = 1.0f}};
         GltfContext all{.label = located.label, .options = shown, .folder = folder, .warnings = {}};
         all.bytesRead = context.bytesRead;
-        loaded = ReadOutline(all, container.json);
+        loaded = ReadOutline(all, json);
     }
-    const std::optional<RepairedText> repaired = RepairStrings(container.json);
-    Json root = Json::parse(repaired ? std::string_view(repaired->text) : container.json);
+    const std::optional<RepairedText> repaired = RepairStrings(json);
+    Json root = Json::parse(repaired ? std::string_view(repaired->text) : json);
     try {
+        if (!origin.json.empty()) TakeBuffers(root, container.json);
+        const NodeChanges changes = PatchNodeList(root, loaded, edited, origin.copiedFrom);
         PatchNodes(root, loaded.scene, edited);
         PatchMaterials(root, loaded, edited);
         PatchLights(root, loaded.scene, edited);
+        PatchHierarchy(root, loaded, edited, changes);
     } catch (const Error& error) {
         throw MakeError(error.Kind(), "{}: {}", context.label, error.what());
     } catch (const Json::exception& error) {  // where reading does not look, something is of another type
@@ -243,8 +254,18 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
 }  // namespace
 
 void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
-              const LoadOptions& options) {
-    WithMemoryErrors(Text("{}", target), [&] { Save(source, edited, target, options); });
+              const LoadOptions& options, const SaveOrigin& origin) {
+    WithMemoryErrors(Text("{}", target), [&] { Save(source, edited, target, options, origin); });
+}
+
+std::string ReadGltfJson(const fs::path& source, const LoadOptions& options) {
+    const ScenePath located = Locate(source);
+    DiskFileReader disk;
+    FileReader& files = options.reader ? *options.reader : disk;
+    return WithMemoryErrors(located.label, [&] {
+        const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
+        return std::string(OpenContainer(file, located.label).json);
+    });
 }
 
 }  // namespace raygraph::scene

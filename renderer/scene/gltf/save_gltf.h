@@ -2,13 +2,30 @@
 // once for different targets.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "base/api.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::scene {
+
+// Says where the nodes of an edited scene come from, if some were added or `source` has been written since.
+struct SaveOrigin {
+    // The JSON text that `edited` was loaded from; "": that of `source`. A scene that SaveGltf has removed
+    // nodes from has other indices than the file that it wrote: who goes on editing keeps this text.
+    std::string_view json;
+    // By node of `edited` beyond those of that text: the node that it is a copy of, with the extras and
+    // extensions of that; kNone: an empty one, with the lights and cameras that `edited` has for it. One that
+    // is not in `edited.nodeOrder` is not written.
+    std::span<const uint32_t> copiedFrom;
+};
+// Returns the JSON text of a .gltf or .glb file. Throws Error{Io}, Error{BadInput}.
+RAYGRAPH_API std::string ReadGltfJson(const std::filesystem::path& source, const LoadOptions& options = {});
 
 // Writes the scene file `source` to `target` with the values of `edited`: what LoadGltf made of `source`, or
 // of a file that this wrote from it, by the same options, and has been edited since. Vertices and texels may
@@ -17,14 +34,19 @@ namespace raygraph::scene {
 // as far as it is written: values bit for bit, edited rotations and scales to rounding. Saved twice, it is
 // the same bytes.
 //
-// Written, where they differ from the file's: the nodes' local transforms and visibility; the materials'
-// factors, alpha mode and cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength
-// of a material without that texture, which have no place; color, intensity, range and cone angles of the
-// light of a node.
-// Refused, as Usage: other parents, textures of materials, types of lights; whether a material is one of
-// KHR_materials_pbrSpecularGlossiness, and fields that such a material does not have. Ignored without a
-// word: all else, as names, cameras, meshes and what nodes place (Node::mesh), instances, textures and
-// images, which variant is shown.
+// Written, where they differ from the file's: the nodes' names, local transforms and visibility, their
+// parents and order; nodes that have come or gone (SaveOrigin); the materials' factors, alpha mode and
+// cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength of a material without
+// that texture, which have no place; color, intensity, range and cone angles of the light of a node.
+// Refused, as Usage: other textures of materials, types of lights, a skin that would lose a joint; whether a
+// material is one of KHR_materials_pbrSpecularGlossiness, and fields that such a material does not have.
+// Ignored without a word: all else, as values of cameras, meshes and what nodes place (Node::mesh),
+// instances, textures and images, which variant is shown.
+//
+// A node that is in the file's scene and not in `edited.nodeOrder` is removed, with what is below it, its
+// place in lists, and the channels of animations and the unused skins that name it; indices of other nodes
+// follow. If the file uses an extension that is not read and may name nodes, the node stays, empty and in no
+// scene. What it placed (mesh, light, camera) stays in the file's lists.
 //
 // The target's extension says what is written, .glb or .gltf. The BIN chunk of a .glb that becomes a .gltf is
 // put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as
@@ -43,6 +65,7 @@ namespace raygraph::scene {
 //   Usage     the target's extension is neither, `options.scene` does not exist, something was edited that
 //             is refused, or a material's extras that are no object would have to hold its priority.
 RAYGRAPH_API void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
-                           const std::filesystem::path& target, const LoadOptions& options = {});
+                           const std::filesystem::path& target, const LoadOptions& options = {},
+                           const SaveOrigin& origin = {});
 
 }  // namespace raygraph::scene

@@ -1,0 +1,142 @@
+// Tests edits of the hierarchy, and that files get them.
+#include <gtest/gtest.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "editor/app/document.h"
+#include "renderer/scene/animation/deform.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "tests/editor/editor_test.h"
+#include "tests/editor/moving_scene.h"
+#include "tests/support/error_of.h"
+
+namespace raygraph::editor::hierarchy_test {
+
+namespace {
+
+std::string TextOf(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+class HierarchyEditTest : public testing::VulkanTest {
+  protected:
+    HierarchyEditTest() { Open(moving::Document()); }
+    void Open(const test::GltfDocument& source) {
+        const std::filesystem::path file = folder.Write("scene.gltf", source.Text());
+        scene::SceneData data = scene::LoadGltf(file);
+        scene::DeformInstances(data);
+        document = Document(file, data);
+        gpu.SetScene(std::move(data));
+    }
+    // Saves the document and returns the text of the file.
+    std::string Saved() {
+        const std::filesystem::path copy = folder.Path() / (std::to_string(saves++) + ".gltf");
+        document.Save(copy);
+        return TextOf(copy);
+    }
+    std::string Refusal(auto&& edit) { return testing::ErrorTextOf(edit, ErrorKind::Usage); }
+    void Repeat(void (Document::*step)(GpuScene&), int times) {
+        while (times-- > 0) (document.*step)(gpu);
+    }
+
+    test::SceneFolder folder;
+    int saves = 0;
+    Renderer renderer{Device()};
+    GpuScene gpu{renderer};
+    Document document;
+};
+
+}  // namespace
+
+TEST_F(HierarchyEditTest, EditsAreSavedAndUndoGivesTheFileBack) {
+    using namespace moving;
+    const std::string before = Saved();
+    const std::vector<uint32_t> copies = document.Duplicate(std::vector<uint32_t>{Slider, Rider}, gpu);
+    ASSERT_EQ(copies, std::vector<uint32_t>{6}) << "what is below goes with it";
+    const uint32_t instance = document.InstancesUnder(6).front();
+    EXPECT_TRUE(gpu.IsVisible(instance));
+    EXPECT_EQ(gpu.Transform(instance).matrix[3], glm::vec3(0.25f, 1, 0));
+    document.Apply(TransformEdit{6, glm::mat4x3({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 5})}, gpu);
+    EXPECT_EQ(gpu.Transform(instance).matrix[3], glm::vec3(0, 1, 5));
+    document.Apply(NameEdit{Rider, "passenger"}, gpu);
+    document.Reparent(std::vector<uint32_t>{Eye}, Slider, Rider, gpu);
+    EXPECT_EQ(document.Children()[Slider], (std::vector<uint32_t>{Eye, Rider}));
+    EXPECT_EQ(document.WorldTransform(Eye)[3], glm::vec3(0, 0, 8));
+    EXPECT_EQ(document.LocalTransform(Eye)[3], glm::vec3(-0.25f, 0, 8));
+    const Document::Removed removed =
+        document.Remove(std::vector<uint32_t>{Skinned, FirstJoint, SecondJoint}, gpu);
+    EXPECT_EQ(removed.nodes, 3u);
+    EXPECT_EQ(removed.channels, 1u);
+    EXPECT_FALSE(gpu.IsVisible(0));
+
+    const std::string after = Saved();
+    const scene::SceneData loaded = scene::LoadGltf(document.File());
+    std::vector<std::string> names;
+    for (const uint32_t node : loaded.nodeOrder) names.push_back(loaded.nodes[node].name);
+    EXPECT_EQ(names, (std::vector<std::string>{"slider", "eye", "passenger", "slider.001", "rider.001"}));
+    EXPECT_EQ(loaded.nodes.size(), 5u);
+    EXPECT_TRUE(loaded.skins.empty());
+    EXPECT_EQ(loaded.cameras.at(0).cameraToWorld[3], glm::vec3(0, 0, 8));
+    EXPECT_EQ(loaded.instances.at(1).objectToWorld[3], glm::vec3(0, 1, 5));
+    ASSERT_EQ(loaded.animations.size(), 3u) << "all but that of the joint";
+    EXPECT_EQ(loaded.nodes[loaded.animations[1].channels.at(0).target.object].name, "eye");
+
+    Repeat(&Document::Undo, 5);
+    EXPECT_FALSE(gpu.IsVisible(instance));
+    EXPECT_TRUE(gpu.IsVisible(0));
+    EXPECT_FALSE(document.CanUndo());
+    EXPECT_EQ(Saved(), before);
+    Repeat(&Document::Redo, 5);
+    EXPECT_TRUE(gpu.IsVisible(instance));
+    EXPECT_EQ(Saved(), after);
+}
+
+TEST_F(HierarchyEditTest, RefusedEditsChangeNothing) {
+    using namespace moving;
+    const std::string before = Saved();
+    EXPECT_EQ(Refusal([&] { document.Remove(std::vector<uint32_t>{SecondJoint}, gpu); }),
+              "'second' is a joint of the skin of 'skinned', which would stay");
+    EXPECT_EQ(Refusal([&] { document.Duplicate(std::vector<uint32_t>{Skinned}, gpu); }),
+              "'skinned' is deformed by a skin or morph targets: it cannot be duplicated here");
+    EXPECT_EQ(Refusal([&] { document.Reparent(std::vector<uint32_t>{Slider}, Rider, scene::kNone, gpu); }),
+              "'slider' cannot be put below 'rider', which is below it");
+    EXPECT_EQ(Refusal([&] { document.Reparent(std::vector<uint32_t>{Slider}, Slider, scene::kNone, gpu); }),
+              "'slider' cannot be put below itself");
+    EXPECT_FALSE(document.CanUndo());
+    EXPECT_EQ(Saved(), before);
+}
+
+// Other indices would then name other nodes.
+TEST_F(HierarchyEditTest, AnUnknownExtensionKeepsTheIndicesOfNodes) {
+    test::GltfDocument source = moving::Document();
+    source.json["extensionsUsed"].push_back("VENDOR_names_nodes");
+    source.json["extensions"]["VENDOR_names_nodes"]["node"] = moving::Eye;
+    Open(source);
+    document.Remove(std::vector<uint32_t>{moving::Slider}, gpu);
+    const test::Json saved = test::Json::parse(Saved());
+    EXPECT_EQ(saved["nodes"][moving::Eye]["name"], "eye");
+    EXPECT_EQ(saved["nodes"][moving::Slider], test::Json::object());
+    EXPECT_EQ(saved["scenes"][0]["nodes"], test::Json({0, 1, 2, moving::Eye}));
+}
+
+// Rows of the panel are 20 pixels high; the first one is at 61.
+TEST_F(EditorTest, KeysAndDragsEditTheHierarchy) {
+    Play(OpenCornell() +
+         "select tall block\nkey ctrl+d\nexpect selected tall block.001\nexpect nodes 5\n"
+         "key f2\ntext copy\nkey enter\nexpect selected copy\nexpect edits 2\n"
+         "mouse 60 121\ndrag left 10 -40\nexpect message 'copy' is below 'short block'\n"
+         "mouse 60 81\ndrag left 10 20\nexpect message 'short block' cannot be put below 'copy'\n"
+         "mouse 60 101\ndrag left 0 200\nexpect message 'copy' is a root\nexpect edits 4\n"
+         "select short block\nkey delete\nexpect message deleted 1 node\nexpect selected nothing\n"
+         "expect nodes 4\nkey ctrl+z\nexpect selected short block\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\n"
+         "key ctrl+z\nexpect edits 0\nexpect nodes 4\nexpect selected short block\n");
+}
+
+}  // namespace raygraph::editor::hierarchy_test
