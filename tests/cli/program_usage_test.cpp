@@ -13,6 +13,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/environment_variable.h"
+#include "tests/support/own_cache.h"
 #include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_files.h"
@@ -278,16 +279,8 @@ class ProgramMessages : public ::testing::Test {
         std::ofstream(folder / "warned.gltf") << scene;
     }
 
-    // The driver's own cache stays where it is, so that it knows the shaders of other tests.
-    static std::string DriverCache() {
-        const std::string home = std::string(test::EnvironmentOr("HOME", "")) + "/.cache";
-        return test::EnvironmentOr("MESA_SHADER_CACHE_DIR",
-                                   test::EnvironmentOr("XDG_CACHE_HOME", home.c_str()));
-    }
-
     test::TemporaryFolder folder;
-    EnvironmentVariable driverCache{"MESA_SHADER_CACHE_DIR", DriverCache()};
-    EnvironmentVariable cache{"XDG_CACHE_HOME", folder.Path().string()};
+    test::OwnCache cache{folder.Path()};
     const std::string deviceWarning = "raygraph: warning: pipeline cache is not saved: ";
     const std::string sceneWarning = "raygraph: warning: warned.gltf: extensionsUsed[0]: ";
 };

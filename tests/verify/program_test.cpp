@@ -6,6 +6,7 @@
 
 #include "renderer/image/exr.h"
 #include "tests/cli/program_runner.h"
+#include "tests/support/own_cache.h"
 #include "tests/support/text_files.h"
 
 namespace raygraph::verify_program_test {
@@ -24,7 +25,7 @@ nlohmann::json Json(const std::filesystem::path& file) {
 
 TEST(ProgramVerify, RightPicture_IsDoneAndAWrongOneIsNot) {
     const test::TemporaryFolder folder;
-    const test::EnvironmentVariable cache("XDG_CACHE_HOME", (folder / "cache").string());
+    const test::OwnCache cache(folder / "cache");
     const std::string render = "render @cornell.gltf --size 32x24 --spp 64 --quiet -o ";
     ASSERT_EQ(RunProgram(folder, render + "right.exr").exitCode, 0);
     ASSERT_EQ(RunProgram(folder, render + "direct.exr --max-depth 1").exitCode, 0);
@@ -173,7 +174,7 @@ TEST(ProgramVerify, TransposedMask_IsRefusedBeforeAnythingIsRendered) {
 
 TEST(ProgramVerify, CroppedPicture_IsComparedWithTheCrop) {
     const test::TemporaryFolder folder;
-    const test::EnvironmentVariable cache("XDG_CACHE_HOME", (folder / "cache").string());
+    const test::OwnCache cache(folder / "cache");
     const std::string view = "@cornell.gltf --size 32x24 --crop 8,4,16,12 ";
     ASSERT_EQ(RunProgram(folder, "render " + view + "--spp 64 --quiet -o crop.exr").exitCode, 0);
     ASSERT_EQ(RunProgram(folder, "render @cornell.gltf --size 32x24 --spp 64 --quiet -o whole.exr").exitCode,
