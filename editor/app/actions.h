@@ -29,6 +29,12 @@ enum class Action : uint8_t {
     Delete,
     Rename,
     Hide,
+    AddMenu,
+    AddPoint,
+    AddSpot,
+    AddDirectional,
+    AddEmpty,
+    AddCamera,
     Frame,
     SceneCamera,
     Front,
@@ -73,7 +79,7 @@ std::string KeyText(const KeyPress& press);  // e.g. "Ctrl+Shift+S"
 // Returns the key of a text as KeyText returns it, in any case. Throws Error{Usage} for another text.
 KeyPress KeyFromText(std::string_view text);
 
-enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, AnimationMenu, PanelMenu };
+enum class Menu : uint8_t { None, FileMenu, EditMenu, AddMenu, CameraMenu, AnimationMenu, PanelMenu };
 
 using Keys = std::array<std::optional<KeyPress>, 2>;  // alternatives; the first is shown in menus
 

@@ -122,6 +122,10 @@ class Document {
     // Adds copies beside their originals, which place the same meshes; without animations. Returns them. What
     // a skin or morph targets deform cannot be copied.
     std::vector<uint32_t> Duplicate(std::span<const uint32_t> nodes, GpuScene& gpu);
+    // Adds a root with this name, or one made from it if that is taken, and the light or camera that it
+    // places. Returns it.
+    uint32_t Add(scene::Node node, std::optional<scene::Light> light, std::optional<scene::Camera> camera,
+                 GpuScene& gpu);
     struct Removed {
         size_t nodes = 0;
         size_t channels = 0;  // of animations: they move nothing any more, and files do not get them
@@ -200,8 +204,8 @@ class Document {
     void CopyObjects(uint32_t original, uint32_t copy);
     // Calls `add`, which adds nodes and returns the uppermost ones, lets the device follow, and makes them
     // present.
-    template <typename Add>
-    std::vector<uint32_t> AddNodes(Add&& add, GpuScene& gpu);
+    template <typename Nodes>
+    std::vector<uint32_t> AddNodes(Nodes&& add, GpuScene& gpu);
     void WriteFile(const std::filesystem::path& to) const;
     // Sends the changes to the device, or the whole scene if an earlier error has interrupted this.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);

@@ -21,6 +21,8 @@ class FreeNames {
         for (const scene::Node& node : scene.nodes) m_taken.insert(node.name);
     }
 
+    // Returns the name itself if no node has it.
+    std::string This(const std::string& name) { return m_taken.insert(name).second ? name : Next(name); }
     std::string Next(std::string name) {
         constexpr size_t kDigits = 3;
         const size_t dot = name.rfind('.');
@@ -128,8 +130,8 @@ void Document::CopyObjects(uint32_t original, uint32_t copy) {
     if (from.camera != scene::kNone) to.camera = copyOf(&scene::SceneData::cameras, from.camera);
 }
 
-template <typename Add>
-std::vector<uint32_t> Document::AddNodes(Add&& add, GpuScene& gpu) {
+template <typename Nodes>
+std::vector<uint32_t> Document::AddNodes(Nodes&& add, GpuScene& gpu) {
     const size_t nodes = m_scene.nodes.size(), instances = m_scene.instances.size(),
                  lights = m_scene.lights.size(), cameras = m_scene.cameras.size(),
                  copies = m_copiedFrom.size();
@@ -194,6 +196,27 @@ std::vector<uint32_t> Document::Duplicate(std::span<const uint32_t> nodes, GpuSc
             return tops;
         },
         gpu);
+}
+
+uint32_t Document::Add(scene::Node node, std::optional<scene::Light> light,
+                       std::optional<scene::Camera> camera, GpuScene& gpu) {
+    const auto place = [&](auto& object, auto things) {
+        object->node = static_cast<uint32_t>(m_scene.nodes.size() - 1);
+        object->name = m_scene.nodes.back().name;
+        if (!m_scene.animations.empty()) (m_rest.*things).push_back(*object);
+        (m_scene.*things).push_back(*object);
+        return static_cast<uint32_t>((m_scene.*things).size() - 1);
+    };
+    const std::vector<uint32_t> added = AddNodes(
+        [&] {
+            node.name = FreeNames(m_scene).This(node.name);
+            const uint32_t index = AddNode(std::move(node), scene::kNone);
+            if (light) m_placed[index].light = place(light, &scene::SceneData::lights);
+            if (camera) m_placed[index].camera = place(camera, &scene::SceneData::cameras);
+            return std::vector{index};
+        },
+        gpu);
+    return added.front();
 }
 
 // --- Removing and moving ---

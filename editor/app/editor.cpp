@@ -207,6 +207,10 @@ void Editor::MenuBar() {
         MenuEntries(Menu::EditMenu);
         ImGui::EndMenu();
     }
+    if (ImGui::BeginMenu("Add")) {
+        MenuEntries(Menu::AddMenu);
+        ImGui::EndMenu();
+    }
     if (ImGui::BeginMenu("Camera")) {
         const std::vector<scene::Camera>& cameras = m_work.document.Scene().cameras;
         for (uint32_t i = 0; i < cameras.size(); ++i) {
@@ -228,8 +232,18 @@ void Editor::MenuBar() {
     ImGui::EndMainMenuBar();
 }
 
+// Opens at the pointer.
+void Editor::AddMenu() {
+    if (std::exchange(m_opensAddMenu, false)) ImGui::OpenPopup("Add");
+    if (!ImGui::BeginPopup("Add")) return;
+    ImGui::TextDisabled("Add");
+    MenuEntries(Menu::AddMenu);
+    ImGui::EndPopup();
+}
+
 void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
+    AddMenu();
     m_dialog.Draw(m_work.recent);
     m_unsaved.Draw(input);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
@@ -432,6 +446,19 @@ void Editor::Perform(Action action) {
             return m_work.StartRename();
         case Action::Hide:
             return m_work.ToggleVisibility();
+        case Action::AddMenu:
+            m_opensAddMenu = true;
+            return;
+        case Action::AddPoint:
+            return m_work.AddLight(scene::LightType::Point);
+        case Action::AddSpot:
+            return m_work.AddLight(scene::LightType::Spot);
+        case Action::AddDirectional:
+            return m_work.AddLight(scene::LightType::Directional);
+        case Action::AddEmpty:
+            return m_work.AddEmpty();
+        case Action::AddCamera:
+            return m_work.AddCamera();
         case Action::Frame:
             return m_work.FrameSelection();
         case Action::SceneCamera:
@@ -527,6 +554,13 @@ std::string Editor::WhyNot(Action action) const {
         case Action::SaveScene:
         case Action::SaveSceneAs:
             return hasScene ? "" : "there is no scene to save";
+        case Action::AddMenu:
+        case Action::AddPoint:
+        case Action::AddSpot:
+        case Action::AddDirectional:
+        case Action::AddEmpty:
+        case Action::AddCamera:
+            return hasScene ? "" : "there is no scene to add to";
         case Action::Undo:
             return m_work.document.CanUndo() ? "" : "there is nothing to undo";
         case Action::Redo:

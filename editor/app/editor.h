@@ -75,6 +75,7 @@ class Editor {
     void BuildUi(const FrameInput& input);
     void MenuEntries(Menu menu);
     void MenuBar();
+    void AddMenu();
     void ShowOpenDialog();
     void ShowSavePictureDialog();
     // Returns `stem` as the suggested name of a .png, which says if the picture is denoised.
@@ -139,6 +140,7 @@ class Editor {
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
     bool m_isViewHovered = false;
+    bool m_opensAddMenu = false;
     bool m_isPreparing = false;  // pipelines of the picture are being created
     bool m_isReloading = false;  // shader reload waits until no pipeline is being created
     // Is true while the first scene is loaded: the empty scene is not worth the creation of its pipelines.

@@ -374,7 +374,7 @@ bool ColorFields(const char* label, glm::vec3& linear) {
 }
 
 void HierarchyPanel(Workspace& work) {
-    if (work.document.Roots().empty()) {
+    if (work.document.File().empty()) {
         ImGui::TextDisabled("No scene is open.");
         ImGui::TextWrapped("Drop a .gltf or .glb file here, or use File > Open.");
         return;

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <glm/gtc/constants.hpp>
 #include <utility>
 
 #include "base/files.h"
 #include "base/text.h"
 #include "editor/session/file/content_hash.h"
+#include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/variants.h"
 
@@ -76,6 +78,52 @@ void Workspace::DuplicateSelection() {
     ShowMessage(copies.size() == 1 ? Text("duplicated as '{}'", document.NameOf(copies.back()))
                                    : Text("duplicated {} nodes", copies.size()));
     SelectAll(std::move(copies));
+}
+
+void Workspace::AddNode(const char* name, const glm::dvec3& place, bool isTurned,
+                        std::optional<scene::Light> light, std::optional<scene::Camera> seen) {
+    const scene::CameraView& from = camera.View();
+    const scene::FloatPair translation = scene::ToFloatPair(place);
+    scene::Node node;
+    node.name = name;
+    node.translation = translation.rounded;
+    node.translationResidual = translation.rest;
+    if (isTurned)
+        node.rotation = glm::normalize(glm::quat_cast(glm::mat3(from.right, from.up, -from.forward)));
+    uint32_t added = 0;
+    if (!Try([&] { added = document.Add(node, std::move(light), std::move(seen), gpu); })) return;
+    FollowHierarchy();
+    Select(added);
+    nodeToReveal = added;
+    ShowMessage(Text("added '{}'", document.NameOf(added)));
+}
+
+void Workspace::AddLight(scene::LightType type) {
+    const float distance = 0.5f * camera.Distance();
+    scene::Light light{.type = type};
+    light.intensity = glm::pi<float>();
+    if (type != scene::LightType::Directional) light.intensity *= distance * distance;
+    const char* const name = type == scene::LightType::Point  ? "Point light"
+                             : type == scene::LightType::Spot ? "Spot light"
+                                                              : "Directional light";
+    const glm::dvec3 place = camera.View().eye + glm::dvec3(distance * camera.View().forward);
+    AddNode(name, place, type != scene::LightType::Point, light, {});
+}
+
+void Workspace::AddEmpty() {
+    AddNode("Empty", camera.Pivot(), false, {}, {});
+}
+
+void Workspace::AddCamera() {
+    constexpr float kFar = 100.0f;  // in distances to the pivot; glTF has no infinite orthographic camera
+    const scene::CameraView& from = camera.View();
+    scene::Camera seen{.projection = from.projection, .yFov = from.yFov, .aspectRatio = from.aspect};
+    seen.yMag = 0.5f * from.height;
+    seen.xMag = seen.yMag * from.aspect;
+    seen.zNear = from.zNear;
+    if (from.projection == scene::Projection::Orthographic)
+        seen.zFar = std::max(from.zFar, kFar * camera.Distance());
+    AddNode("Camera", from.eye, true, {}, seen);
 }
 
 void Workspace::DeleteSelection() {
@@ -439,7 +487,18 @@ void Workspace::Animate(double seconds) {
 }
 
 void Workspace::FrameSelection() {
-    camera.Frame(selectedNode ? document.BoundsOf(*selectedNode) : document.Scene().bounds);
+    const scene::Bounds& all = document.Scene().bounds;
+    if (!selectedNode) return camera.Frame(all);
+    scene::Bounds bounds;
+    for (const uint32_t node : selectedNodes) {
+        bounds.Extend(document.BoundsOf(node));
+        if (bounds.IsEmpty()) bounds.Extend(document.WorldTransform(node)[3]);  // a light, for example
+    }
+    if (bounds.min == bounds.max) {
+        const glm::vec3 around(all.IsEmpty() ? 1.0f : std::max(0.1f * all.Radius(), 1e-3f));
+        bounds = {bounds.min - around, bounds.max + around};
+    }
+    camera.Frame(bounds);
 }
 
 }  // namespace raygraph::editor

@@ -118,6 +118,12 @@ class Workspace {
     // Edits of the hierarchy, with their messages; the selection follows. Copies are selected, and of what
     // was deleted the parent.
     void DuplicateSelection();
+    // Adds and selects a light halfway to the point about which the camera orbits, shining along the view; it
+    // lights a white surface there as radiance 1 does. Or an empty node at that point, or the present view as
+    // a camera.
+    void AddLight(scene::LightType type);
+    void AddEmpty();
+    void AddCamera();
     void DeleteSelection();
     // Puts the selection (if `node` is part of it, else the node alone) below `parent`, else makes it roots.
     void Reparent(uint32_t node, std::optional<uint32_t> parent);
@@ -190,6 +196,9 @@ class Workspace {
     void ObserveRealTime(double now);
     float Aspect() const;  // returns the aspect ratio of the picture
     void SetCameraView(const scene::CameraView& place);
+    // Adds a node of this name at a place, turned as the view is if `isTurned`.
+    void AddNode(const char* name, const glm::dvec3& place, bool isTurned, std::optional<scene::Light> light,
+                 std::optional<scene::Camera> seen);
     void FollowHierarchy();  // after it has changed
     void FollowHistory();    // after undo and redo
 

@@ -126,6 +126,39 @@ TEST_F(HierarchyEditTest, AnUnknownExtensionKeepsTheIndicesOfNodes) {
     EXPECT_EQ(saved["scenes"][0]["nodes"], test::Json({0, 1, 2, moving::Eye}));
 }
 
+// The items of the menu at the pointer are 20 pixels high.
+TEST_F(EditorTest, WhatIsAddedIsSavedAndUndone) {
+    const std::string before = (folder.Path() / "before.gltf").string();
+    const std::string after = (folder.Path() / "after.gltf").string();
+    const std::string undone = (folder.Path() / "undone.gltf").string();
+    std::string script = OpenCornell() + "scene " + before + "\n";
+    for (const int y : {128, 148, 168, 193, 213})
+        script += "mouse 300 100\nkey shift+a\nmouse 330 " + std::to_string(y) + "\nclick left\n";
+    Play(script + "expect edits 5\nexpect selected Camera\nscene " + after + "\n");
+    Workspace& work = editor.Work();
+    const std::vector<scene::Light>& shown = work.document.Scene().lights;
+    ASSERT_EQ(shown.size(), 3u);
+    EXPECT_TRUE(work.gpu.IsLightVisible(2));
+    EXPECT_EQ(work.gpu.Light(1), shown[1]);
+    const scene::SceneData saved = scene::LoadGltf(after);
+    ASSERT_EQ(saved.lights.size(), 3u);
+    for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(saved.lights[i].type, shown[i].type);
+        EXPECT_EQ(saved.lights[i].name, shown[i].name);
+        EXPECT_EQ(saved.lights[i].intensity, shown[i].intensity);
+        EXPECT_EQ(saved.lights[i].lightToWorld, shown[i].lightToWorld);
+    }
+    EXPECT_EQ(saved.nodes[7].name, "Empty");
+    const scene::CameraView view = scene::ViewOf(saved.cameras.at(1), work.camera.View().aspect);
+    EXPECT_EQ(view.eye, work.camera.View().eye);
+    EXPECT_LT(glm::length(view.forward - work.camera.View().forward), 1e-6f);
+    EXPECT_EQ(view.yFov, work.camera.View().yFov);
+    Play("size 640x400\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nexpect nodes 4\nscene " +
+         undone + "\n");
+    EXPECT_FALSE(work.gpu.IsLightVisible(0));
+    EXPECT_EQ(TextOf(undone), TextOf(before));
+}
+
 // Rows of the panel are 20 pixels high; the first one is at 61.
 TEST_F(EditorTest, KeysAndDragsEditTheHierarchy) {
     Play(OpenCornell() +
