@@ -22,20 +22,6 @@ uint64_t PixelsOf(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
 }
 
-uint32_t MostSamples(const FrameBudget& budget, const BudgetSettings& limits, bool isChanging) {
-    constexpr uint32_t kMostSamples = 64;
-    if (limits.samplesPerFrame > 0) return limits.samplesPerFrame;
-    return budget.IsLimited() && !isChanging ? kMostSamples : 1;
-}
-
-uint32_t EndSample(const BudgetSettings& limits) {
-    return limits.maxSamples > 0 ? limits.maxSamples : std::numeric_limits<uint32_t>::max();
-}
-
-bool Fits(Extent2D extent, const FrameBudget& budget) {
-    return budget.PixelsWithin(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
-}
-
 }  // namespace
 
 PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
@@ -48,10 +34,26 @@ Extent2D PathTracedView::ExtentAt(Extent2D extent, uint32_t scale) {
     return {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
 }
 
-size_t PathTracedView::LevelCount(Extent2D extent) const {
+PathTracedView::FrameLimits PathTracedView::LimitsOf(const FrameBudget& budget,
+                                                     const BudgetSettings& settings, bool isChanging) {
+    constexpr uint32_t kMostSamples = 64, kAny = std::numeric_limits<uint32_t>::max();
+    FrameLimits limits{.mostSamples = settings.samplesPerFrame,
+                       .endSample = settings.maxSamples > 0 ? settings.maxSamples : kAny,
+                       .coarsest = kAny};
+    if (limits.mostSamples == 0) limits.mostSamples = budget.IsLimited() && !isChanging ? kMostSamples : 1;
+    if (settings.whileMoving == MotionView::Auto && !isChanging) limits.coarsest = kCoarsestMotion;
+    return limits;
+}
+
+bool PathTracedView::Fits(Extent2D extent, uint32_t scale, const FrameBudget& budget) {
+    const Extent2D coarse = ExtentAt(extent, scale);
+    return budget.PixelsWithin(coarse, {}, budget.TracingMs()) >= PixelsOf(coarse);
+}
+
+size_t PathTracedView::LevelCount(Extent2D extent, uint32_t coarsest) const {
     size_t count = 0;
     uint64_t pixels = PixelsOf(extent);
-    while (pixels > FrameBudget::kFirstPixels && count < m_levels.size())
+    while (pixels > FrameBudget::kFirstPixels && count < m_levels.size() && m_levels[count].scale <= coarsest)
         pixels = PixelsOf(ExtentAt(extent, m_levels[count++].scale));
     return count;
 }
@@ -100,9 +102,9 @@ passes::AccumulatedIds PathTracedView::DeclareTile(Renderer& renderer, const Sce
     return passes::AccumulateTile(renderer, traced, settings.extent, region, into, withVariance);
 }
 
-PathTracedView::Level* PathTracedView::Finest(Extent2D extent) {
-    for (size_t i = 0; i < LevelCount(extent); ++i)
-        if (m_levels[i].sample.SampleCount() > 0) return &m_levels[i];
+PathTracedView::Level* PathTracedView::Finest() {
+    for (Level& level : m_levels)
+        if (level.sample.SampleCount() > 0) return &level;
     return nullptr;
 }
 
@@ -112,20 +114,21 @@ PathTracedView::Level* PathTracedView::FinerThan(const Level& level) {
     return nullptr;
 }
 
-PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const FrameBudget& budget) {
-    if (Fits(extent, budget)) return nullptr;
-    const size_t count = LevelCount(extent);
+PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const FrameBudget& budget,
+                                                    uint32_t coarsest) {
+    if (Fits(extent, 1, budget)) return nullptr;
+    const size_t count = LevelCount(extent, coarsest);
     for (size_t i = 0; i < count; ++i)
-        if (Fits(ExtentAt(extent, m_levels[i].scale), budget) || i + 1 == count) return &m_levels[i];
+        if (Fits(extent, m_levels[i].scale, budget) || i + 1 == count) return &m_levels[i];
     return nullptr;
 }
 
 PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& scene,
                                             passes::TraceSettings settings, const FrameBudget& budget,
-                                            const BudgetSettings& limits, bool isChanging,
+                                            const BudgetSettings& budgetSettings, bool isChanging,
                                             const PreviewSettings& preview) {
     m_tiles.clear();
-    const uint32_t most = MostSamples(budget, limits, isChanging), end = EndSample(limits);
+    const FrameLimits limits = LimitsOf(budget, budgetSettings, isChanging);
     if (preview.isOn) {
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
@@ -133,43 +136,41 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
         m_isPreviewReady = false;  // this scene's preview may need other pipelines
         if (program.more != TraceFeatures{}) {
             const SceneIds wide = passes::WithFeatures(scene, program.more);
-            return DeclareTraced(renderer, wide, settings, budget, most, end);
+            return DeclareTraced(renderer, wide, settings, budget, limits);
         }
     }
     m_programs.MarkUsed();
-    return DeclareTraced(renderer, scene, settings, budget, most, end);
+    return DeclareTraced(renderer, scene, settings, budget, limits);
 }
 
 passes::AccumulatedIds PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
                                                       const passes::TraceSettings& settings,
                                                       const FrameBudget& budget,
-                                                      const BudgetSettings& limits) {
+                                                      const BudgetSettings& budgetSettings) {
     m_tiles.clear();
     m_programs.MarkUsed();
-    const uint32_t most = MostSamples(budget, limits, false);
-    return DeclareSamples(renderer, scene, settings, budget, most, EndSample(limits)).samples;
+    const FrameLimits limits = LimitsOf(budget, budgetSettings, false);
+    return DeclareSamples(renderer, scene, settings, budget, limits).samples;
 }
 
 PathTracedView::Ids PathTracedView::DeclareTraced(Renderer& renderer, const SceneIds& scene,
                                                   const passes::TraceSettings& settings,
-                                                  const FrameBudget& budget, uint32_t mostSamples,
-                                                  uint32_t endSample) {
+                                                  const FrameBudget& budget, const FrameLimits& limits) {
     const bool isBegun = !m_full.Declared().cursor.IsAtStart();
     if (m_full.SampleCount() == 0 && (budget.IsLimited() || isBegun))
-        return DeclareFirstSample(renderer, scene, settings, budget);
-    return DeclareSamples(renderer, scene, settings, budget, mostSamples, endSample);
+        return DeclareFirstSample(renderer, scene, settings, budget, limits.coarsest);
+    return DeclareSamples(renderer, scene, settings, budget, limits);
 }
 
 PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
                                                    const passes::TraceSettings& settings,
-                                                   const FrameBudget& budget, uint32_t mostSamples,
-                                                   uint32_t endSample) {
+                                                   const FrameBudget& budget, const FrameLimits& limits) {
     passes::AccumulatedIds ids = passes::StoredAccumulation(renderer, m_full, settings.extent, true);
     const uint32_t atOnce = passes::PreferredBatchSize(renderer.Device(), settings);
     double left = budget.TracingMs();
-    for (uint32_t taken = 0; taken < mostSamples;) {
+    for (uint32_t taken = 0; taken < limits.mostSamples;) {
         const Accumulation::Progress& progress = m_full.Declared();
-        if (progress.sampleCount >= endSample) break;
+        if (progress.sampleCount >= limits.endSample) break;
         const Region region = progress.cursor.Next(
             settings.extent, budget.PixelsWithin(settings.extent, progress.cursor, left));
         const double expected = budget.Expect(settings.extent.height, region);
@@ -177,7 +178,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         if (taken > 0 && budget.IsLimited() && expected > left) break;
         uint32_t count = 1;
         if (region == passes::WholeOf(settings.extent)) {
-            count = std::min({atOnce, mostSamples - taken, endSample - progress.sampleCount});
+            count = std::min({atOnce, limits.mostSamples - taken, limits.endSample - progress.sampleCount});
             if (budget.IsLimited())
                 count =
                     budget.HasTimings() && expected > 0.0
@@ -210,10 +211,10 @@ PathTracedView::Ids PathTracedView::DeclarePreview(Renderer& renderer, const Sce
 
 PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,
                                                        const passes::TraceSettings& settings,
-                                                       const FrameBudget& budget) {
+                                                       const FrameBudget& budget, uint32_t coarsest) {
     const Extent2D extent = settings.extent;
-    Level* const shown = Finest(extent);
-    Level* const next = shown == nullptr ? FirstToTrace(extent, budget) : FinerThan(*shown);
+    Level* const shown = Finest();
+    Level* const next = shown == nullptr ? FirstToTrace(extent, budget, coarsest) : FinerThan(*shown);
     Accumulation& into = next != nullptr ? next->sample : m_full;
     passes::TraceSettings coarse = settings;
     if (next != nullptr) coarse.extent = ExtentAt(extent, next->scale);

@@ -91,6 +91,8 @@ class PathTracedView {
         PassId first, end;         // passes that trace it: from `first` to before `end`
     };
     const std::vector<Tile>& DeclaredTiles() const { return m_tiles; }
+    // Returns whether a first picture that is coarser by this factor fits the budget.
+    static bool Fits(Extent2D extent, uint32_t scale, const FrameBudget& budget);
     // Returns the tiles of the accumulation itself.
     std::vector<passes::Region> TilesOfSamples() const;
 
@@ -100,30 +102,35 @@ class PathTracedView {
         uint32_t scale;
         passes::Accumulation sample;
     };
-    // Returns how many levels a picture needs: the coarsest has at most FrameBudget::kFirstPixels pixels.
-    size_t LevelCount(Extent2D extent) const;
+    // Limits the samples of a frame, their number in the end, and the scale of the first picture.
+    struct FrameLimits {
+        uint32_t mostSamples, endSample, coarsest;
+    };
+    static FrameLimits LimitsOf(const FrameBudget& budget, const BudgetSettings& settings, bool isChanging);
+    // Returns how many levels a picture needs: the coarsest has at most FrameBudget::kFirstPixels pixels, or
+    // the scale `coarsest`.
+    size_t LevelCount(Extent2D extent, uint32_t coarsest) const;
     static Extent2D ExtentAt(Extent2D extent, uint32_t scale);
 
     // Traces a tile; several samples at once only for the whole picture.
     passes::AccumulatedIds DeclareTile(Renderer& renderer, const SceneIds& scene,
                                        passes::TraceSettings settings, const passes::Region& region,
                                        uint32_t sampleCount, passes::Accumulation& into, bool withVariance);
-    // `mostSamples` is the limit of a frame.
     Ids DeclareTraced(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                      const FrameBudget& budget, uint32_t mostSamples, uint32_t endSample);
+                      const FrameBudget& budget, const FrameLimits& limits);
     Ids DeclareSamples(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                       const FrameBudget& budget, uint32_t mostSamples, uint32_t endSample);
+                       const FrameBudget& budget, const FrameLimits& limits);
     Ids DeclareFirstSample(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
-                           const FrameBudget& budget);
+                           const FrameBudget& budget, uint32_t coarsest);
     Ids DeclarePreview(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                        const PreviewSettings& preview);
     // Returns the finest complete level; null: none.
-    Level* Finest(Extent2D extent);
+    Level* Finest();
     // Returns the next finer level; null: it is the full picture.
     Level* FinerThan(const Level& level);
     // Returns the first level to trace: the finest that fits the budget, else the coarsest; null: the full
     // picture fits.
-    Level* FirstToTrace(Extent2D extent, const FrameBudget& budget);
+    Level* FirstToTrace(Extent2D extent, const FrameBudget& budget, uint32_t coarsest);
 
     passes::Accumulation m_full;
     std::deque<Level> m_levels;  // scales 2, 4, 8, ...; never moved: frames refer to them

@@ -80,10 +80,16 @@ using passes::LensSettings;
 using passes::PathSettings;  // a change restarts accumulation, with ResetCause::Settings
 
 // Selects what is shown instead of the path-traced picture while the camera moves.
-enum class MotionView : uint8_t {
-    PathTraced,  // as fine as the budget allows
-    Raster,
-};
+//   Auto:       path-traced where pixels of kCoarsestMotion fit the limit, else raster. The first picture
+//               after the movement has at least that resolution, and may exceed the limit once
+//   PathTraced: as fine as the limit allows
+//   Raster:     always
+#define RAYGRAPH_MOTION_VIEWS(X, Of)        \
+    X(Of, Auto, 0, "automatic", "")         \
+    X(Of, PathTraced, 1, "path-traced", "") \
+    X(Of, Raster, 2, "raster", "")
+RAYGRAPH_CHOICE(MotionView, RAYGRAPH_MOTION_VIEWS)
+inline constexpr uint32_t kCoarsestMotion = 8;  // pixels of the picture along an edge
 
 // Selects what a frame shows as path-traced while the pipelines for that are made, which may take seconds.
 enum class PreparingView : uint8_t {
@@ -107,7 +113,7 @@ struct BudgetSettings {
     uint32_t maxSamples = 0;  // the path-traced view stops there; 0: never
     uint32_t maxRasterSamples =
         64;  // the raster view stops there; 0: never. Its pictures are jittered, which smooths edges
-    MotionView whileMoving = MotionView::PathTraced;
+    MotionView whileMoving = MotionView::Auto;
     PreparingView whilePreparing = PreparingView::PathTraced;
     double settleMs = 150.0;  // in milliseconds: after a change, the picture counts as changing for so long
 

@@ -364,9 +364,11 @@ bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) cons
 
 ShowSettings Viewport::Impl::ShownAs() const {
     ShowSettings shown = show;
-    const bool isReplaced = show.view == View::PathTraced &&
-                            budgetSettings.whileMoving == MotionView::Raster && IsRecent(movedAt);
-    if (isReplaced) shown.view = View::Raster;
+    const MotionView motion = budgetSettings.whileMoving;
+    const bool isReplaced = (motion == MotionView::Raster && IsRecent(movedAt)) ||
+                            (motion == MotionView::Auto && IsRecent(changedAt) && isRasterReady &&
+                             !isPreview && !PathTracedView::Fits(size, kCoarsestMotion, budget));
+    if (show.view == View::PathTraced && isReplaced) shown.view = View::Raster;
     shown.tonemap.isOpaque = true;  // a host may blend it over its window
     shown.tonemap.isUnassociated = false;
     return shown;
@@ -447,8 +449,12 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     // A sample that exceeds the limit is drawn once, not repeatedly for smooth edges
     const uint32_t rasterSamples =
         fittingScale > 1 && shownAs.view == View::Raster ? 1 : budgetSettings.maxRasterSamples;
+    const PassId firstOfRaster = renderer.NextPass();
     const RasterView::Ids drawn =
         raster.Declare(renderer, ids, settings, rasterSettings, rasterSamples, rasterScale);
+    // Pipelines are made before the first movement needs them
+    if (budgetSettings.whileMoving == MotionView::Auto && budget.IsLimited() && !isRasterReady)
+        isRasterReady = renderer.PreparePipelines(firstOfRaster, renderer.NextPass());
 
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
     CompareView::Pictures pictures{.pathTraced = traced.radiance,

@@ -115,7 +115,8 @@ struct Viewport::Impl {
     std::deque<TimedFrame> timedFrames;  // submitted frames whose times are pending
     uint32_t framesWithoutRealTime = 0, framesWithoutDenoised = 0;  // declared since these were shown
     double lastFrameMs = 0.0;
-    bool isPreview = false;  // whether the last declared frame shows a preview
+    bool isPreview = false;      // whether the last declared frame shows a preview
+    bool isRasterReady = false;  // the raster view's pipelines exist, for MotionView::Auto
 };
 
 }  // namespace raygraph::viewport

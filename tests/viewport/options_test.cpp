@@ -254,6 +254,9 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
         drawn{.whileMoving = MotionView::Raster, .settleMs = kForEver};
     EXPECT_EQ(counters("shown while moving", slow, drawn, true), (Counters{0, 1, 0}));
     EXPECT_EQ(counters("settled never", {}, slow, true), (Counters{1, 0}));
+    EXPECT_EQ(counters("shown while moving", slow,
+                       {.whileMoving = MotionView::PathTraced, .settleMs = kForEver}, true),
+              (Counters{1, 0}));
     EXPECT_EQ(counters("settled at once", drawn, {.whileMoving = MotionView::Raster, .settleMs = 0.0}, true),
               (Counters{1, 0}));
     // The path tracer for such paths is not there yet
@@ -272,6 +275,29 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
         EXPECT_EQ(viewport.Progress().pathTracedSamples, isPreviewed ? 0u : 1u);
     }
     rows.ExpectComplete();
+}
+
+TEST_F(ViewportOptions, RasterStandsInForPixelsThatAreTooCoarseWhileSomethingChanges) {
+    for (const auto motion : {MotionView::Auto, MotionView::PathTraced}) {
+        const bool isAuto = motion == MotionView::Auto;
+        Viewport viewport(viewed.renderer, viewed.scene, {.name = "changed", .size = {384, 256}});
+        viewport.SetCamera(InsideBoxes());
+        viewport.SetRaster(PlainRaster());
+        viewport.SetBudget({.frameMs = 1e-6, .whileMoving = motion, .settleMs = 1e9});
+        viewport.RenderFrame();
+        EXPECT_EQ(viewport.Progress().coarseness, isAuto ? viewport::kCoarsestMotion : 16u);
+        while (viewed.renderer.IsPreparingPipelines())
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        viewport.RenderFrame();  // sees that the raster view's pipelines are there
+        viewed.scene.SetTransform(1, Translation({isAuto ? 0.1f : 0.2f, 0.0f, 0.0f}));
+        viewport.RenderFrame();
+        EXPECT_EQ(viewport.Progress().rasterSamples, isAuto ? 1u : 0u);
+        EXPECT_EQ(viewport.Progress().coarseness, isAuto ? 0u : 16u);
+        EXPECT_EQ(viewport.ResetCount(passes::ResetCause::Transform), 1u);
+        viewport.SetBudget({.frameMs = 1e-6, .whileMoving = motion, .settleMs = 0.0});
+        viewport.RenderFrame();
+        EXPECT_EQ(viewport.Progress().coarseness, isAuto ? viewport::kCoarsestMotion : 16u);
+    }
 }
 
 }  // namespace raygraph::testing::options_test

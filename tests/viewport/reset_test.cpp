@@ -461,7 +461,8 @@ TEST_F(ViewportResetCause, CoarserPicturesAreTracedAnewToo) {
         SCOPED_TRACE(edit.name);
         Viewed edited(renderer, "edited", kLarge, OpenBoxes());
         Viewed fresh(renderer, "fresh", kLarge, OpenBoxes());
-        for (Viewed* viewed : {&edited, &fresh}) viewed->viewport.SetBudget({.frameMs = 1e-3});
+        for (Viewed* viewed : {&edited, &fresh})
+            viewed->viewport.SetBudget({.frameMs = 1e-3, .whileMoving = viewport::MotionView::PathTraced});
         edited.RenderFrames(2);
         EXPECT_EQ(edited.viewport.Progress().coarseness, 4u);
         const std::vector<uint8_t> old = edited.Picture();
