@@ -21,6 +21,7 @@ namespace raygraph::editor {
 
 namespace {
 
+constexpr float kMessageSeconds = 8.0f;
 constexpr float kSide = 300.0f;        // points: maximal width of the side panels
 constexpr float kSideShare = 0.24f;    // their width as a fraction of the window's
 constexpr float kBottom = 230.0f;      // points: minimal height of the lower panel
@@ -91,6 +92,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     m_windowSize = {points(input.extent.width), points(input.extent.height)};
     ChooseBudget(input);
     m_work.Animate(IsPlaybackPaused() ? 0.0 : double{input.seconds});
+    m_work.messageAge += input.seconds;
     const Stopwatch watch;
     m_ui.Begin(input);
     Keys(input);
@@ -333,11 +335,12 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
                                           corner.y + static_cast<float>(down) / input.scale});
     DrawPath(m_work, corner, glm::vec2(across, down) / input.scale);
     m_gizmo.Draw(m_work, corner, glm::vec2(across, down) / input.scale);
+    DrawComparison(m_work, corner, glm::vec2(across, down) / input.scale);
     if (m_work.selectedNode) {
         ImGui::SetCursorPos({8.0f, 8.0f});
         GizmoButtons(m_work);
     }
-    m_isViewHovered = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
+    m_isViewHovered = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered() && !ImGui::IsAnyItemActive();
     if (const std::optional<SceneLoader::Progress> progress = m_work.LoadProgress()) {
         ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});
         ImGui::ProgressBar(progress->fraction, {320.0f, 0.0f}, progress->stage.c_str());
@@ -345,9 +348,9 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
         const char* text =
             m_isPreparing ? "Making the shaders for this picture" : "Preview: the path tracer is being made";
         const ImVec2 size = ImGui::CalcTextSize(text);
-        ImGui::SetCursorPos(
-            {0.5f * (width - size.x), m_isPreparing ? 0.5f * height : height - 2.0f * size.y});
-        ImGui::TextUnformatted(text);
+        TextOverPicture({corner.x + 0.5f * (width - size.x),
+                         corner.y + (m_isPreparing ? 0.5f * height : height - 2.0f * size.y)},
+                        text);
     }
     ImGui::End();
 }
@@ -364,8 +367,9 @@ void Editor::StatusBar(float top, float width, float height) {
     ImGui::Text("%s%s", Name(view), viewport::ComparesRealTime(show) ? " of real-time" : "");
     ImGui::SameLine();
     const Extent2D size = m_work.view.Size();
-    ImGui::TextDisabled("%ux%u  %u samples  %.1f ms", size.width, size.height,
-                        viewport::ShowsPathTraced(view) ? progress.pathTracedSamples : progress.rasterSamples,
+    const uint32_t samples =
+        viewport::ShowsPathTraced(view) ? progress.pathTracedSamples : progress.rasterSamples;
+    ImGui::TextDisabled("%ux%u  %s  %.1f ms", size.width, size.height, Counted(samples, "sample").c_str(),
                         m_work.view.LastFrameMs());
     if (progress.denoisedSamples > 0) {
         ImGui::SameLine();
@@ -379,7 +383,10 @@ void Editor::StatusBar(float top, float width, float height) {
         }
     if (!m_work.message.empty()) {
         ImGui::SameLine();
-        ImGui::TextColored({0.91f, 0.56f, 0.20f, 1.0f}, "  %s", m_work.message.c_str());
+        ImVec4 color = m_work.isMessageError ? ImVec4{0.95f, 0.38f, 0.33f, 1.0f}
+                                             : ImGui::GetStyleColorVec4(ImGuiCol_Text);
+        color.w = std::clamp(kMessageSeconds - m_work.messageAge, 0.0f, 1.0f);  // it fades in the last second
+        ImGui::TextColored(color, "  %s", m_work.message.c_str());
     }
     ImGui::End();
 }

@@ -27,6 +27,10 @@ void LogPanel(Workspace& work);
 void PathPanel(Workspace& work);
 // Draws that path into the current ImGui window, over the picture of this corner and size in points.
 void DrawPath(const Workspace& work, ImVec2 corner, glm::vec2 size);
+// Draws the handle of the wipe, which can be dragged, and the scale of error views, likewise.
+void DrawComparison(Workspace& work, ImVec2 corner, glm::vec2 size);
+// Draws a text that can be read over any picture; `at` is its corner on the screen.
+void TextOverPicture(ImVec2 at, const char* text);
 // Lists what mouse and keys do; a click on a key binds another one.
 void HelpPanel(Workspace& work);
 

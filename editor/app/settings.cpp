@@ -40,6 +40,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         view.Choice("view", settings.view);
         view.Choice("compared", settings.show.compared);
         view.Flag("denoise", settings.show.isDenoised);
+        view.Choice("whileMoving", settings.whileMoving);
         view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
         view.Number("exposure", settings.show.tonemap.exposureEv, kExposureRange);
         view.Number("wipe", settings.show.wipePosition, kWipeRange);

@@ -26,6 +26,7 @@ struct Settings {
     rhi::Extent2D window{1440, 900};     // points
     std::optional<viewport::View> view;  // none: the user has not chosen one
     viewport::ShowSettings show;         // stored: compared, isDenoised, wipe, exposure, operator, maxError
+    viewport::MotionView whileMoving = viewport::MotionView::Auto;
     KeyBindings keys;
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;

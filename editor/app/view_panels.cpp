@@ -24,6 +24,13 @@ void Choose(const char* label, Choice& value) {
         value = static_cast<Choice>(index);
 }
 
+void ChooseSurface(passes::View& surface) {
+    if (!ImGui::BeginCombo("surface", Name(surface))) return;
+    for (const passes::View view : Values<passes::View>())
+        if (!passes::ShowsLight(view) && ImGui::Selectable(Name(view), view == surface)) surface = view;
+    ImGui::EndCombo();
+}
+
 void EnvironmentFields(Workspace& work) {
     EnvironmentSettings environment = work.gpu.Environment();
     const std::string file = work.EnvironmentFile().filename().string();
@@ -60,7 +67,16 @@ void SettingsPanel(Workspace& work) {
     ImGui::PushItemWidth(-90.0f);
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
-    if (show.view == viewport::View::PathTraced) ImGui::Checkbox("denoise", &show.isDenoised);
+    if (show.view == viewport::View::PathTraced) {
+        ImGui::Checkbox("denoise", &show.isDenoised);
+        viewport::BudgetSettings budget = work.view.Budget();
+        Choose("moving", budget.whileMoving);
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip(
+                "the view while something moves; automatic: raster where path-traced pixels would be coarse");
+        if (!(budget == work.view.Budget())) work.view.SetBudget(budget);
+    }
+    if (show.view == viewport::View::Surface) ChooseSurface(show.surface);
     if (viewport::IsComparison(show.view)) Choose("compared", show.compared);
     if (show.view == viewport::View::Wipe)
         ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.min, kWipeRange.max);

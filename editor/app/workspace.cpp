@@ -43,14 +43,20 @@ bool Workspace::Try(Change&& change) {
     }
 }
 
+void Workspace::ShowMessage(std::string text, bool isError) {
+    message = std::move(text);
+    isMessageError = isError;
+    messageAge = 0.0f;
+}
+
 void Workspace::ReportError(const std::string& why, std::string_view category) {
-    ShowMessage(why);
+    ShowMessage(why, true);
     device.Log().Send(LogLevel::Warning, category, why);
 }
 
 void Workspace::ReportErrorOnce(const std::string& why, std::string& last, std::string_view category) {
     if (why == last)
-        ShowMessage(why);
+        ShowMessage(why, true);
     else
         ReportError(last = why, category);
 }
@@ -292,6 +298,9 @@ void Workspace::Take(const Settings& settings) {
     viewport::ShowSettings show = settings.show;
     show.view = settings.view.value_or(show.view);
     view.SetShow(show);
+    viewport::BudgetSettings budget = view.Budget();
+    budget.whileMoving = settings.whileMoving;
+    view.SetBudget(budget);
 }
 
 Settings Workspace::SettingsToSave() const {
@@ -311,6 +320,7 @@ Settings Workspace::SettingsToSave() const {
     settings.show.wipePosition = show.wipePosition;
     settings.show.tonemap = show.tonemap;
     settings.show.maxError = show.maxError;
+    settings.whileMoving = view.Budget().whileMoving;
     return settings;
 }
 

@@ -54,7 +54,7 @@ class Workspace {
           gpu(renderer, {.textureLevels = true, .textureBudget = textureBudget}),
           view(renderer, gpu),
           loader(gpu.UsesWideBvhs(), of.Log()) {
-        view.SetBudget({.frameMs = frameMs, .whileMoving = viewport::MotionView::PathTraced});
+        view.SetBudget({.frameMs = frameMs});
         viewport::PathSettings paths;
         paths.biases.textureLod = 0.0f;
         view.SetPaths(paths);
@@ -144,8 +144,8 @@ class Workspace {
     // Applies the stored settings, except the window's.
     void Take(const Settings& settings);
     Settings SettingsToSave() const;
-    void ShowMessage(std::string text) { message = std::move(text); }
-    // Shows the reason in the message, and logs it as a warning.
+    void ShowMessage(std::string text, bool isError = false);
+    // Shows the reason in the message, in red, and logs it as a warning.
     void ReportError(const std::string& why, std::string_view category = log_category::kScene);
     // Reports what may recur in every frame: it is logged only if it differs from `last`, the previous
     // reason. The owner of `last` clears it once there is no failure.
@@ -190,6 +190,8 @@ class Workspace {
     Panels panels;
     std::vector<std::filesystem::path> recent;  // opened or saved, newest first
     std::string message;                        // newest message, one line
+    bool isMessageError = false;
+    float messageAge = 0.0f;  // seconds
 
   private:
     void AddRecentFile(const std::filesystem::path& file);

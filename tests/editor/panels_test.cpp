@@ -404,6 +404,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     settings.view = viewport::View::Wipe;
     settings.show.compared = viewport::Compared::RealTime;
     settings.show.isDenoised = true;
+    settings.whileMoving = viewport::MotionView::Raster;
     settings.show.wipePosition = 0.3f;
     settings.show.tonemap.exposureEv = -1.5f;
     settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);

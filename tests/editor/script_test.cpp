@@ -218,6 +218,19 @@ TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
     Play("size 1x1\nsize 37x911\nsize 0x0\nsize 700x20\nsize 640x400\nframes 2\n");
 }
 
+// The picture is between two panels of equal width.
+TEST_F(ScriptTest, LineOfTheWipeIsDraggedAndTheCameraStays) {
+    Play(OpenCornell() + "size 640x400\nview wipe\nframes 2\n");
+    const glm::dvec3 eye = editor.Work().camera.View().eye;
+    const auto width = static_cast<float>(editor.Work().view.Size().width);
+    Play("size 640x400\nmouse 320 300\ndrag left 60 10\n");
+    EXPECT_NEAR(editor.Work().view.Show().wipePosition, 0.5f + 60.0f / width, 2.0f / width);
+    EXPECT_EQ(editor.Work().camera.View().eye, eye);
+    Play("size 640x400\nmouse 350 300\ndrag left 0 20\n");
+    EXPECT_NEAR(editor.Work().view.Show().wipePosition, 0.5f + 60.0f / width, 2.0f / width);
+    EXPECT_NE(editor.Work().camera.View().eye, eye) << "the line is not there";
+}
+
 TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
     FrameInput input;
     input.extent = {320, 200};

@@ -75,7 +75,7 @@ CheckLayers() {
     MayInclude passes/ "$lower|rhi/|renderer/|passes/"
     MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
     MayInclude editor/session/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/session/"
-    MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
+    MayInclude editor/app/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
     MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
     MayNotInclude 'renderer/scene/(model|animation|geometry|formats)/' 'renderer/scene/gltf/'
     MayNotInclude 'renderer/gpu_scene/(geometry|instances|materials|lights|deform)/' 'renderer/gpu_scene/streaming/'
