@@ -73,6 +73,8 @@ constexpr ActionRow kActions[] = {
     {Action::Log, "log", Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log", false, &Panels::log},
     {Action::Path, "path", Menu::PanelMenu, "Path of a pixel", {KeyPress{Key::I}},
      "the path of the pixel that is clicked", false, &Panels::path},
+    {Action::Icons, "icons", Menu::PanelMenu, "Icons of lights and cameras", {},
+     "icons of lights and cameras in the picture, which a click selects", false, &Panels::icons},
     {Action::Help, "help", Menu::PanelMenu, "Help and keys", {KeyPress{Key::F1}},
      "this list, where keys are changed",
      false, &Panels::help},

@@ -54,6 +54,7 @@ enum class Action : uint8_t {
     Graph,
     Log,
     Path,
+    Icons,
     Help,
     Raster,
     Wipe,

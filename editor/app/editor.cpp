@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "editor/app/file_content.h"
 #include "editor/app/panels.h"
+#include "editor/app/scene_icons.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
@@ -334,6 +335,7 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
                                          {corner.x + static_cast<float>(across) / input.scale,
                                           corner.y + static_cast<float>(down) / input.scale});
     DrawPath(m_work, corner, glm::vec2(across, down) / input.scale);
+    DrawIcons(m_work, corner, glm::vec2(across, down) / input.scale);
     m_gizmo.Draw(m_work, corner, glm::vec2(across, down) / input.scale);
     DrawComparison(m_work, corner, glm::vec2(across, down) / input.scale);
     if (m_work.selectedNode) {
@@ -498,6 +500,7 @@ void Editor::Perform(Action action) {
         case Action::Graph:
         case Action::Log:
         case Action::Path:
+        case Action::Icons:
         case Action::Help:
             return;  // handled above
         case Action::Raster:
@@ -664,8 +667,14 @@ void Editor::Mouse(const FrameInput& input) {
         const glm::ivec2 pixel = glm::ivec2(m_pressedAt) - m_viewOrigin;
         if (m_drag == MouseButton::Left && !m_hasMoved && pixel.x >= 0 && pixel.y >= 0 &&
             pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
-            m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
-            m_isPicking = true;
+            const PictureMap map(m_work.camera.View(), glm::vec2(size.width, size.height) / input.scale);
+            if (const auto node = IconAt(IconsOf(m_work, map), glm::vec2(pixel) / input.scale)) {
+                m_work.Select(node);
+                m_work.nodeToReveal = node;
+            } else {
+                m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
+                m_isPicking = true;
+            }
             if (m_work.panels.path) m_work.explained.Ask(m_work.view, glm::uvec2(pixel));
         }
         m_drag.reset();

@@ -13,6 +13,7 @@ struct Panels {
     bool statistics = false;
     bool graph = false;
     bool log = false;
+    bool icons = true;  // of lights and cameras, over the picture
     bool path = false;  // while it is shown, clicks explain pixels
     bool help = false;
 
@@ -24,10 +25,9 @@ struct PanelName {
     bool Panels::*isShown;
 };
 inline constexpr PanelName kPanels[] = {
-    {"hierarchy", &Panels::hierarchy}, {"inspector", &Panels::inspector},
-    {"timeline", &Panels::timeline},   {"statistics", &Panels::statistics},
-    {"graph", &Panels::graph},         {"log", &Panels::log},
-    {"path", &Panels::path},           {"help", &Panels::help},
+    {"hierarchy", &Panels::hierarchy},   {"inspector", &Panels::inspector}, {"timeline", &Panels::timeline},
+    {"statistics", &Panels::statistics}, {"graph", &Panels::graph},         {"log", &Panels::log},
+    {"icons", &Panels::icons},           {"path", &Panels::path},           {"help", &Panels::help},
 };
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 

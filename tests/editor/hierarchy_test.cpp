@@ -153,6 +153,11 @@ TEST_F(EditorTest, WhatIsAddedIsSavedAndUndone) {
     EXPECT_EQ(view.eye, work.camera.View().eye);
     EXPECT_LT(glm::length(view.forward - work.camera.View().forward), 1e-6f);
     EXPECT_EQ(view.yFov, work.camera.View().yFov);
+    // All lights are halfway to the pivot, in the middle of the picture; the last one is drawn last
+    Play("size 640x400\nkey escape\nmouse 320 196\nclick left\nexpect selected Directional light\n");
+    work.panels.icons = false;
+    Play("size 640x400\nkey escape\nmouse 320 196\nclick left\nwait\n");
+    EXPECT_NE(work.document.NameOf(work.selectedNode.value_or(0)), "Directional light");
     Play("size 640x400\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\nexpect nodes 4\nscene " +
          undone + "\n");
     EXPECT_FALSE(work.gpu.IsLightVisible(0));
