@@ -23,9 +23,9 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kMessageSeconds = 8.0f;
-constexpr float kSide = 300.0f;        // points: maximal width of the side panels
-constexpr float kSideShare = 0.24f;    // their width as a fraction of the window's
-constexpr float kBottom = 230.0f;      // points: minimal height of the lower panel
+constexpr float kWideSide = 300.0f, kLeastPanel = 100.0f;   // points: widths of the side panels
+constexpr float kSideShare = 0.26f, kMostSideShare = 0.4f;  // of the window's width; the latter by choice
+constexpr float kBottom = 230.0f;                           // points: minimal height of the lower panel
 constexpr float kBottomShare = 0.34f;  // height of the lower panel as a fraction of the window's
 constexpr float kStatus = 28.0f;
 constexpr float kOutline = 2.0f;
@@ -40,6 +40,43 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::SetNextWindowSize(size);
     if (ImGui::Begin(title, nullptr, kFixed)) body();
     ImGui::End();
+}
+
+// Draws a border between panels. Returns the mouse's place while the user drags it, and 0 after a double
+// click, which gives the panel its own size back.
+std::optional<ImVec2> Border(const char* name, ImVec2 from, ImVec2 to) {
+    constexpr float kBorderReach = 3.0f;
+    const bool isUpright = from.x == to.x;
+    const ImVec2 reach = isUpright ? ImVec2{kBorderReach, 0.0f} : ImVec2{0.0f, kBorderReach};
+    const ImVec2 size{std::max(to.x - from.x + 2.0f * reach.x, 1.0f),
+                      std::max(to.y - from.y + 2.0f * reach.y, 1.0f)};
+    ImGui::SetNextWindowPos({from.x - reach.x, from.y - reach.y});
+    ImGui::SetNextWindowSize(size);
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.0f, 0.0f});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1.0f, 1.0f});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.0f);
+    ImGui::Begin(name, nullptr,
+                 (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoDecoration |
+                     ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoFocusOnAppearing);
+    ImGui::InvisibleButton(name, size);
+    const bool isHeld = ImGui::IsItemActive(),
+               isReset = ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(0);
+    if (isHeld || ImGui::IsItemHovered()) {
+        ImGui::SetMouseCursor(isUpright ? ImGuiMouseCursor_ResizeEW : ImGuiMouseCursor_ResizeNS);
+        ImGui::GetWindowDrawList()->AddLine(from, to, ImGui::GetColorU32(ImGuiCol_SeparatorHovered), 2.0f);
+    }
+    ImGui::End();
+    ImGui::PopStyleVar(3);
+    if (isReset) return ImVec2{0.0f, 0.0f};
+    const ImVec2 dragged = ImGui::GetMouseDragDelta(0, 1.0f);
+    if (!isHeld || (dragged.x == 0.0f && dragged.y == 0.0f)) return std::nullopt;
+    return ImGui::GetIO().MousePos;
+}
+
+// Returns the width of a side panel of which the user has chosen `chosen` points, or 0.
+float SideWidth(float chosen, float window) {
+    const float own = std::min(kSideShare * window, kWideSide);
+    return std::floor(chosen > 0.0f ? std::min(std::max(chosen, kLeastPanel), kMostSideShare * window) : own);
 }
 
 constexpr double kPipelineLifetime = 300.0;  // in seconds of frames that do not use the pipeline
@@ -250,17 +287,25 @@ void Editor::BuildUi(const FrameInput& input) {
     m_dialog.Draw(m_work.recent);
     m_unsaved.Draw(input);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
-    const float side = std::floor(std::min(kSide, kSideShare * window.x));
+    PanelSizes& sizes = m_work.panelSizes;
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;
     float left = 0.0f, right = window.x, lower = bottom;
     if (m_work.panels.hierarchy) {
-        Panel("Scene", {0.0f, top}, {side, bottom - top}, [&] { HierarchyPanel(m_work); });
-        left = side;
+        left = SideWidth(sizes.left, window.x);
+        Panel("Scene", {0.0f, top}, {left, bottom - top}, [&] { HierarchyPanel(m_work); });
+        if (const auto mouse = Border("left border", {left, top}, {left, bottom})) sizes.left = mouse->x;
     }
     if (m_work.panels.inspector) {
-        const float x = window.x - side, half = std::floor(top + 0.58f * (bottom - top));
+        const float side = SideWidth(sizes.right, window.x), x = window.x - side;
+        const float half = std::floor(top + sizes.inspector * (bottom - top));
         Panel("Inspector", {x, top}, {side, half - top}, [&] { InspectorPanel(m_work); });
         Panel("View", {x, half}, {side, bottom - half}, [&] { SettingsPanel(m_work); });
+        if (const auto mouse = Border("right border", {x, top}, {x, bottom}))
+            sizes.right = mouse->x > 0.0f ? window.x - mouse->x : 0.0f;
+        if (const auto mouse = Border("inspector border", {x, half}, {window.x, half}))
+            sizes.inspector = mouse->y > 0.0f ? std::clamp((mouse->y - top) / std::max(bottom - top, 1.0f),
+                                                           kInspectorRange.min, kInspectorRange.max)
+                                              : PanelSizes().inspector;
         right = x;
     }
     lower = bottom - LowerPanels(left, right, bottom);
@@ -289,7 +334,14 @@ float Editor::LowerPanels(float left, float right, float bottom) {
                             Lower{"Path", m_work.panels.path, PathPanel}};
     const auto count = static_cast<float>(std::ranges::count_if(panels, &Lower::isShown));
     if (count == 0.0f) return 0.0f;
-    const float height = std::floor(std::max(kBottom, kBottomShare * ImGui::GetIO().DisplaySize.y));
+    PanelSizes& sizes = m_work.panelSizes;
+    const float window = ImGui::GetIO().DisplaySize.y;
+    const float own = std::max(kBottom, kBottomShare * window);
+    const float height = std::floor(
+        sizes.lower > 0.0f ? std::clamp(sizes.lower, kLeastPanel, std::max(kLeastPanel, 0.7f * window))
+                           : own);
+    if (const auto mouse = Border("lower border", {left, bottom - height}, {right, bottom - height}))
+        sizes.lower = mouse->y > 0.0f ? bottom - mouse->y : 0.0f;
     float x = left, taken = 0.0f;
     for (const Lower& panel : panels) {
         if (!panel.isShown) continue;

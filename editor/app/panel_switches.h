@@ -1,4 +1,4 @@
-// Panels says which panels are shown beside the picture. Pure.
+// Says which panels are shown beside the picture, and how large they are. Pure.
 #pragma once
 
 #include <iterator>
@@ -29,6 +29,15 @@ inline constexpr PanelName kPanels[] = {
     {"statistics", &Panels::statistics}, {"graph", &Panels::graph},         {"log", &Panels::log},
     {"icons", &Panels::icons},           {"path", &Panels::path},           {"help", &Panels::help},
 };
+// Sizes that the user has given the panels by dragging a border.
+struct PanelSizes {
+    float left = 0.0f, right = 0.0f;  // widths in points; 0: by the window's
+    float lower = 0.0f;               // height in points; 0: by the window's
+    float inspector = 0.58f;          // share of the height at the right; the rest is the view panel's
+
+    bool operator==(const PanelSizes&) const = default;
+};
+
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 
 }  // namespace raygraph::editor

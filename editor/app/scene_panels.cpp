@@ -412,7 +412,7 @@ void InspectorPanel(Workspace& work) {
     const scene::SceneData& scene = work.document.Scene();
     ImGui::TextUnformatted(work.document.NameOf(node).c_str());
     VisibilityField(work, node);
-    ImGui::PushItemWidth(-90.0f);
+    ImGui::PushItemWidth(-std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x));
     if (work.document.IsPlacedBySkin(node))
         ImGui::TextDisabled("moves with its joints");
     else

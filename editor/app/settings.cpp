@@ -31,6 +31,10 @@ template <typename Visitor, typename Kept>
 void Visit(const Visitor& visitor, Kept& settings) {
     visitor.In("panels", [&](const Visitor& panels) {
         for (const PanelName& panel : kPanels) panels.Flag(panel.name, settings.panels.*panel.isShown);
+        panels.Number("leftWidth", settings.panelSizes.left, kPanelRange);
+        panels.Number("rightWidth", settings.panelSizes.right, kPanelRange);
+        panels.Number("lowerHeight", settings.panelSizes.lower, kPanelRange);
+        panels.Number("inspectorShare", settings.panelSizes.inspector, kInspectorRange);
     });
     visitor.In("window", [&](const Visitor& window) {
         window.Number("width", settings.window.width, kWindowRange);

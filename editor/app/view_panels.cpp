@@ -64,7 +64,7 @@ void EnvironmentFields(Workspace& work) {
 }  // namespace
 
 void SettingsPanel(Workspace& work) {
-    ImGui::PushItemWidth(-90.0f);
+    ImGui::PushItemWidth(-std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x));
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
     if (show.view == viewport::View::PathTraced) {
@@ -125,7 +125,8 @@ void HelpPanel(Workspace& work) {
     ImGui::SameLine();
     ImGui::TextDisabled("%s", work.actionToBind ? "press a key; Escape: as it was; Delete: none"
                                                 : "click on a key to choose another one");
-    const ImVec2 size{820.0f, std::min(620.0f, 0.75f * ImGui::GetIO().DisplaySize.y)};
+    const ImVec2 display = ImGui::GetIO().DisplaySize;
+    const ImVec2 size{std::min(820.0f, 0.95f * display.x), std::min(620.0f, 0.75f * display.y)};
     if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_ScrollY, size)) return;
     const auto help = [](const char* text) {
         ImGui::TableNextColumn();

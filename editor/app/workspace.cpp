@@ -290,6 +290,7 @@ void Workspace::ContinueChoosingView() {
 
 void Workspace::Take(const Settings& settings) {
     panels = settings.panels;
+    panelSizes = settings.panelSizes;
     keys = settings.keys;
     tool = settings.tool;
     toolSpace = settings.toolSpace;
@@ -306,6 +307,7 @@ void Workspace::Take(const Settings& settings) {
 Settings Workspace::SettingsToSave() const {
     Settings settings;
     settings.panels = panels;
+    settings.panelSizes = panelSizes;
     settings.keys = keys;
     settings.tool = tool;
     settings.toolSpace = toolSpace;

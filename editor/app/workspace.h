@@ -188,6 +188,7 @@ class Workspace {
     float targetPercent = 1.0f;           // target error of the picture, in percent
     bool showsCulled = true;              // culled passes are shown in the plan
     Panels panels;
+    PanelSizes panelSizes;
     std::vector<std::filesystem::path> recent;  // opened or saved, newest first
     std::string message;                        // newest message, one line
     bool isMessageError = false;

@@ -400,6 +400,7 @@ class SettingsTest : public ::testing::Test {
 TEST_F(SettingsTest, ComeBackAsTheyWere) {
     Settings settings;
     for (const PanelName& panel : kPanels) settings.panels.*panel.isShown ^= true;
+    settings.panelSizes = {.left = 210.0f, .right = 330.0f, .lower = 280.0f, .inspector = 0.4f};
     settings.window = {1234, 777};
     settings.view = viewport::View::Wipe;
     settings.show.compared = viewport::Compared::RealTime;

@@ -231,6 +231,21 @@ TEST_F(ScriptTest, LineOfTheWipeIsDraggedAndTheCameraStays) {
     EXPECT_NE(editor.Work().camera.View().eye, eye) << "the line is not there";
 }
 
+TEST_F(ScriptTest, BordersOfPanelsAreDraggedAndADoubleClickGivesTheirOwnSizeBack) {
+    Play(OpenCornell() + "size 1000x600\nframes 2\n");
+    Workspace& work = editor.Work();
+    const glm::dvec3 eye = work.camera.View().eye;
+    Play("size 1000x600\nmouse 260 300\ndrag left 40 0\nmouse 740 100\ndrag left -20 0\n");
+    EXPECT_EQ(work.panelSizes.left, 300.0f);
+    EXPECT_EQ(work.panelSizes.right, 280.0f);
+    EXPECT_EQ(work.view.Size().width, 1000u - 300u - 280u);
+    EXPECT_EQ(work.camera.View().eye, eye);
+    Play("size 1000x600\nmouse 300 300\nclick left\nclick left\nframes 1\n");
+    EXPECT_EQ(work.panelSizes.left, 0.0f);
+    EXPECT_EQ(work.panelSizes.right, 280.0f);
+    EXPECT_EQ(work.view.Size().width, 1000u - 260u - 280u);
+}
+
 TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
     FrameInput input;
     input.extent = {320, 200};
