@@ -44,6 +44,8 @@ enum class Action : uint8_t {
     Top,
     Bottom,
     Orthographic,
+    CopyCamera,
+    CopyCommand,
     Play,
     Stop,
     Loop,

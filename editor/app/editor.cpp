@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "editor/app/file_content.h"
 #include "editor/app/panels.h"
+#include "editor/app/render_words.h"
 #include "editor/app/scene_icons.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/exr.h"
@@ -477,6 +478,12 @@ void Editor::UseBookmark(size_t slot, bool isKept) {
     }
 }
 
+void Editor::Copy(const std::string& text) {
+    ImGui::SetClipboardText(text.c_str());
+    const bool isUnsaved = m_work.document.IsEdited() && text.starts_with("raygraph");
+    m_work.ShowMessage(Text("copied {}{}", text, isUnsaved ? "; unsaved edits are not in its file" : ""));
+}
+
 void Editor::Perform(Action action) {
     const viewport::View view = m_work.view.Show().view;
     if (view == viewport::View::PathTraced || view == viewport::View::RealTime) m_tracedView = view;
@@ -538,6 +545,10 @@ void Editor::Perform(Action action) {
             return m_work.camera.LookAlong({0.0f, 1.0f, 0.0f});
         case Action::Orthographic:
             return m_work.camera.ToggleOrthographic();
+        case Action::CopyCamera:
+            return Copy(CameraOption(m_work));
+        case Action::CopyCommand:
+            return Copy(RenderCommand(m_work));
         case Action::Play:
             return m_work.timeline.Toggle();
         case Action::Stop:
@@ -623,6 +634,8 @@ std::string Editor::WhyNot(Action action) const {
         case Action::AddEmpty:
         case Action::AddCamera:
             return hasScene ? "" : "there is no scene to add to";
+        case Action::CopyCommand:
+            return hasScene ? "" : "there is no scene to render";
         case Action::Undo:
             return m_work.document.CanUndo() ? "" : "there is nothing to undo";
         case Action::Redo:

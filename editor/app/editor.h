@@ -92,6 +92,8 @@ class Editor {
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
+    // Copies a text to the clipboard, and shows it in the message.
+    void Copy(const std::string& text);
     void Perform(Action action);
     void ReloadShaders();
     // Returns why the action does nothing now, as "there is nothing to undo"; "": it does something.

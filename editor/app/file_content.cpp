@@ -35,10 +35,8 @@ FileContent WithHash(FileContent content, const Log& log) {
     return content;
 }
 
-session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
-                             const rhi::DeviceInfo& device) {
-    session::SceneInput source = shown.input;
-    source.isAnimated = shown.at.has_value();
+session::PictureSettings SettingsOf(const viewport::CaptureResult& picture, const ShownScene& shown) {
+    const session::SceneInput& source = shown.input;
     session::PictureSettings settings;
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
@@ -61,7 +59,14 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene
         settings.environmentTint = rgb;
     else
         settings.background = rgb;
+    return settings;
+}
 
+session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
+                             const rhi::DeviceInfo& device) {
+    session::SceneInput source = shown.input;
+    source.isAnimated = shown.at.has_value();
+    const session::PictureSettings settings = SettingsOf(picture, shown);
     session::RenderFile render = session::DescribeRender(source, settings, device);
     render.radiance = std::move(picture.mean);
     render.variance = std::move(picture.variance);

@@ -45,6 +45,9 @@ struct ShownScene {
     std::string clips;          // the clips in effect, see scene::FindClips
 };
 
+// Returns the settings of a render of what the picture shows; its values are not read.
+session::PictureSettings SettingsOf(const viewport::CaptureResult& picture, const ShownScene& shown);
+
 // Returns the picture with the settings that reproduce it on the command line, since the camera was moved by
 // hand. Albedo and normals are those of the pixels' centers, and have no sums.
 session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,

@@ -1,0 +1,29 @@
+// Says what the editor shows in the words of the command line: the options with which `raygraph render` makes
+// the same picture. Threads: main thread only.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "editor/app/workspace.h"
+
+namespace raygraph::editor {
+
+// Returns the settings of a render of the shown view in the size of its picture: the raster view and surfaces
+// as they are, every other view as the path-traced picture.
+session::PictureSettings ShownSettings(const Workspace& work);
+
+// Returns the options of a render with these settings of the open scene: each setting that is not the
+// command's default, the environment map, the root folder, and how a .png shows the picture.
+std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings);
+
+// Returns a line for a POSIX shell, which takes each word as it is.
+std::string ShellLine(std::span<const std::string> words);
+
+// Returns `--camera "..."` of the shown view.
+std::string CameraOption(const Workspace& work);
+// Returns the line `raygraph render FILE ...` of the shown view.
+std::string RenderCommand(const Workspace& work);
+
+}  // namespace raygraph::editor
