@@ -1,8 +1,10 @@
 // Implements `raygraph explain`.
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -61,8 +63,15 @@ std::string DescribeNoise(const RenderFile& render, const std::vector<NoisyPixel
         if (hasGroups) text += Text(", light: {}", DescribeShares(LightGroupShares(render, pixel.pixel), 2));
         text += '\n';
     }
+    // A render has no folder of its scene
+    const std::filesystem::path beside = std::filesystem::path(file).parent_path() / render.sceneFile;
+    std::error_code error;
+    const bool isHere = std::filesystem::exists(render.sceneFile, error);
+    const std::string scene = isHere                                   ? render.sceneFile
+                              : std::filesystem::exists(beside, error) ? beside.string()
+                                                                       : "FOLDER/" + render.sceneFile;
     return text + Text("the paths of the first: raygraph explain {} --settings-from {} --pixel {},{}\n",
-                       ForShell(render.sceneFile), ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y);
+                       ForShell(scene), ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y);
 }
 
 std::string NoiseJson(const RenderFile& render, const std::vector<NoisyPixel>& noisiest) {

@@ -123,14 +123,15 @@ std::string Tables(const VerifiedPicture& verified) {
     std::string html = checks.Html();
     const session::Diagnosis& diagnosis = verified.result.diagnosis;
     if (!diagnosis.parts.empty()) {
-        Table parts({"part of the light", "share", "excess", "standard error"});
+        Table parts({"part of the light", "share", "error of its light", "standard error"});
         for (const session::PartFit& part : diagnosis.parts)
             parts.Row({part.kind + ": " + part.name, Percent(part.share),
                        Text("{:+.1f} %", 100.0 * part.amount), Percent(part.standardError)});
         html += parts.Html();
     }
     if (!diagnosis.objects.empty()) {
-        Table objects({"where the difference is", "its share", "share of the pixels", "too bright by"});
+        Table objects(
+            {"where the difference is", "its share", "share of the pixels", "error of its brightness"});
         // Noise that was subtracted leaves shares below 0 and above 1
         for (const session::ObjectShare& object : diagnosis.objects) {
             if (object.share < 0.005) continue;
@@ -141,7 +142,7 @@ std::string Tables(const VerifiedPicture& verified) {
     }
     const std::vector<session::VerdictTile> worst = WorstTiles(verdict);
     if (!worst.empty()) {
-        Table tiles({"worst tiles", "too bright by", "standard errors", "error / allowed error"});
+        Table tiles({"worst tiles", "error of its brightness", "standard errors", "error / allowed error"});
         for (const session::VerdictTile& tile : worst)
             tiles.Row({Text("{}x{} from {}, {}", tile.width, tile.height, tile.x, tile.y),
                        Text("{:+.1f} %", 100.0 * tile.relativeError), Text("{:+.1f}", tile.z),

@@ -25,7 +25,7 @@ Json PictureJson(const VerifiedPicture& verified) {
               {"reference_samples", verified.result.referenceSamples},
               {"new_samples", verified.result.newSamples},
               {"noise", verdict.isNoiseEstimated ? "estimated" : "known"},
-              {"picture_samples", verdict.pictureSamples}};
+              {"picture_samples", verdict.isNoiseEstimated ? Json(verdict.pictureSamples) : Json()}};
     for (const session::VerdictCheck& check : verdict.checks)
         json["checks"].push_back({{"name", check.name},
                                   {"value", check.value},
@@ -104,11 +104,18 @@ std::string ExplainCommandOf(const VerifiedPicture& verified, const session::Ver
 }
 
 std::string CheckText(const session::VerdictCheck& check) {
-    if (check.name == "ssim") return Text("ssim {:.3f}, at least {:.3f}", check.value, check.limit);
-    if (check.name == "flip") return Text("flip {:.3f}, at most {:.3f}", check.value, check.limit);
-    if (check.name == "nonfinite") return Text("{} pixels are NaN or infinite: {}", check.value, check.where);
+    if (check.name == "ssim")
+        return Text("ssim {:.3f}, at least {:.3f} with this noise", check.value, check.limit);
+    if (check.name == "flip")
+        return Text("flip {:.3f}, at most {:.3f} with this noise", check.value, check.limit);
+    if (check.name == "nonfinite")
+        return Text("{} NaN or infinite: {}", Counted(static_cast<uint64_t>(check.value), "pixel"),
+                    check.where);
     return Text("{} {:.2f} %, at most {:.2f} %{}{}", check.name, 100.0 * check.value, 100.0 * check.limit,
-                check.where.empty() ? "" : ": ", check.where);
+                check.where.empty()     ? ""
+                : check.name == "parts" ? ": worst, "
+                                        : ": ",
+                check.where);
 }
 
 std::string DescribeVerdict(const VerifiedPicture& verified) {
@@ -126,7 +133,8 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
         if (!check.isPassed) text += "\n  " + CheckText(check);
     if (!verified.result.diagnosis.hypotheses.empty())
         text +=
-            "\n  possible causes, the likeliest first, with the share of the difference that each explains:";
+            "\n  possible causes, best first, with the share of the difference that each explains (shares "
+            "overlap):";
     for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
         text += Text("\n  {:3.0f} %: {}", 100.0 * hypothesis.explained, hypothesis.text);
     if (!verdict.isDecided) text += "\n  more samples of the reference could change this (--spp)";

@@ -268,7 +268,7 @@ TEST(ProgramExplain, ARendersNoiseIsPrintedWithTheCommandForItsFirstPixel) {
     ASSERT_EQ(said.exitCode, 0) << said.messages;
     EXPECT_THAT(said.output, ::testing::HasSubstr("light: lamp 100 %\n"));
     EXPECT_THAT(said.output,
-                ::testing::HasSubstr("raygraph explain cornell.gltf --settings-from p.exr --pixel "));
+                ::testing::HasSubstr("raygraph explain FOLDER/cornell.gltf --settings-from p.exr --pixel "));
     for (const char* map : {"noise.png", "groups.png"})
         EXPECT_EQ(image::DecodeImage8(ReadFile(folder / map), map).width, 16u);
     const ProgramResult pixel =

@@ -1,9 +1,10 @@
 // References that are stored: which state of scene, settings and shaders they are of, and what a program that
 // is asked to end leaves.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <sys/types.h>
 
 #include <csignal>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -66,6 +67,22 @@ TEST_F(ReferenceCache, OfOtherShaders_IsNotRead) {
     EXPECT_EQ(newSamples(), 0u);
     EXPECT_EQ(newSamples(), 2u);
     EXPECT_EQ(test::FileCount(folder.Path()), 2u);
+}
+
+// The lights of the terrace and their nodes have no names; the picture is black, or no picture at all.
+TEST_F(ReferenceCache, LightsWithoutNames_AreExaminedOneByOne) {
+    Picture picture{.name = "black", .size = {16, 16}};
+    picture.radiance.assign(4 * session::PixelCount(picture.size), 0.0f);
+    Verify verify(Device(), session::LoadInput(test::SourceFile("scenes/terrace.gltf")),
+                  {.settings = {.size = picture.size}, .minSamples = 2, .maxSamples = 2});
+    std::vector<std::string> groups;
+    for (const session::PartFit& part : verify.Check(picture).diagnosis.parts)
+        if (part.kind == "light group") groups.push_back(part.name);
+    EXPECT_THAT(groups, ::testing::IsSupersetOf({"directional_light_0", "spot_light_1", "point_light_2"}));
+    picture.radiance.assign(picture.radiance.size(), std::numeric_limits<float>::quiet_NaN());
+    const session::VerifyResult result = verify.Check(picture);
+    EXPECT_FALSE(result.verdict.isRight);
+    EXPECT_TRUE(result.diagnosis.hypotheses.empty()) << result.diagnosis.hypotheses.front().text;
 }
 
 // The picture is so large that its reference takes much longer than a signal.

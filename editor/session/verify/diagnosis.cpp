@@ -20,6 +20,8 @@ constexpr double kLeastExplained = 0.25;
 // Freer hypotheses explain more without being right: each further number costs this, and that something is
 // off somewhere in an object, without a prediction, costs as much as several.
 constexpr double kCostOfNumber = 0.015, kCostOfPlace = 0.15;
+// Where a part is all of the light, a factor on it is one on the picture, which is the simpler cause.
+constexpr double kCostOfPart = 0.002;
 
 std::string Percent(double share) {
     return Text("{:.0f} %", 100.0 * std::abs(share));
@@ -142,7 +144,7 @@ class Diagnosing {
             const double amount = products.AmountOfAll();
             Add({part.kind, part.name, AmountText(PartText(part), amount), ExplainedBy(products.TakenByOne()),
                  amount},
-                0.0);
+                kCostOfPart);
         }
         for (const char* kind : {"path", "lobe", "light group"}) {
             std::vector<LightPart> together;

@@ -87,6 +87,19 @@ RegionRule ParseRegion(std::string_view text) {
                                           : static_cast<float>(ParseNumber(value, 0.0, 1e6))};
 }
 
+// Gives lights and emitting materials without a name the ones by which `explain` and `info` call them, so
+// that groups can be made of them.
+static void NameLights(scene::SceneData& scene) {
+    for (size_t i = 0; i < scene.lights.size(); ++i) {
+        scene::Light& light = scene.lights[i];
+        if (light.name.empty() && (light.node == scene::kNone || scene.nodes[light.node].name.empty()))
+            light.name = Text("{} light {}", Name(light.type), i);
+    }
+    for (size_t i = 0; i < scene.materials.size(); ++i)
+        if (scene.materials[i].name.empty() && scene.materials[i].EmittedRadiance() != glm::vec3(0.0f))
+            scene.materials[i].name = Text("material {}", i);
+}
+
 std::vector<LightGroupPatterns> GroupsOfAllLights(const scene::SceneData& scene) {
     std::vector<LightGroupPatterns> groups;
     std::set<std::string> taken{"rest", "environment"}, named;
@@ -113,6 +126,7 @@ struct Verify::Impl {
         isResumable = settings.view == View::PathTraced;
         if (settings.paths.seed == 0) settings.paths.seed = kReferenceSeed;
         settings.light = ChooseLight(input, settings);
+        NameLights(input.data);
         if (isResumable && settings.lightGroups.empty()) settings.lightGroups = GroupsOfAllLights(input.data);
         aovs = AovsFor(settings);
         described = DescribeRender(input, settings, device.Info());
@@ -355,6 +369,8 @@ struct Verify::Impl {
         for (size_t i = 0; i < reference.variance.size(); ++i) noise[i] += reference.variance[i];
         const Residual residual(expected, picture, noise, desc.tolerance.relative, relative);
         Diagnosis diagnosis = Diagnose(residual, render, NamesOf(input.data), desc.exposureEv);
+        if (desc.settings.view != View::PathTraced && desc.settings.view != View::Raster)
+            std::erase_if(diagnosis.hypotheses, [](const Hypothesis& h) { return h.kind == "tone curve"; });
         const bool isClear =
             !diagnosis.hypotheses.empty() && diagnosis.hypotheses.front().score > kClearScore;
         if (isClear || !isResumable || desc.settings.crop) return diagnosis;
@@ -439,7 +455,11 @@ VerifyResult Verify::Check(const Picture& picture, const CheckOptions& options) 
     }
     result.referenceSamples = impl.reference.samples;
     result.newSamples = result.referenceSamples - before;
-    if (!result.verdict.isRight)
+    // Where most pixels are NaN, what is left of the picture explains nothing
+    const auto isNonFinite = [&](const VerdictCheck& check) {
+        return check.name == "nonfinite" && 2.0 * check.value > static_cast<double>(PixelCount(picture.size));
+    };
+    if (!result.verdict.isRight && std::ranges::none_of(result.verdict.checks, isNonFinite))
         result.diagnosis = impl.DiagnosisOf(judged, impl.Expected(options), relative, options.pictureSamples);
     return result;
 }
