@@ -57,7 +57,7 @@ struct ParentEdit {
     uint32_t parent = scene::kNone;  // kNone: the node is a root
     uint32_t before = scene::kNone;  // the sibling that follows; kNone: it becomes the last one
 };
-// Whether the node, with all below it, is in the hierarchy; false: it has been removed.
+// Puts a node, with all below it, into the hierarchy, or takes it out.
 struct PresenceEdit {
     uint32_t node = 0;
     bool isPresent = true;
@@ -223,15 +223,14 @@ class Document {
     scene::SceneStatistics m_statistics;
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
-    // The hierarchy with the nodes that have been removed, in their places, and with those that are present.
+    // These hold all nodes, those that have been removed at their old places, too.
     std::vector<std::vector<uint32_t>> m_allChildren;
     std::vector<uint32_t> m_allRoots;
     std::vector<bool> m_isRemoved;  // indexed by node: itself
     std::vector<bool> m_isPlaced;   // indexed by node: neither removed nor below one that is
     uint64_t m_hierarchyChanges = 0;
     std::vector<uint32_t> m_restored;
-    // Of what the scene was loaded from, see scene::SaveOrigin. The text is kept once a file has been
-    // written.
+    // scene::SaveOrigin says what these are. The text is kept once a file has been written.
     std::string m_json;
     std::vector<uint32_t> m_copiedFrom;
     std::vector<Placed> m_placed;        // indexed by node

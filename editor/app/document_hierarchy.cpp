@@ -14,7 +14,7 @@ namespace raygraph::editor {
 
 namespace {
 
-// Gives names as "Cube.001", the first number that no node has.
+// FreeNames makes names such as "Cube.001", with the first number that no node has.
 class FreeNames {
   public:
     explicit FreeNames(const scene::SceneData& scene) {

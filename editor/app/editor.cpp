@@ -71,7 +71,8 @@ std::optional<ImVec2> Border(const char* name, ImVec2 from, ImVec2 to) {
     if (isReset) return ImVec2{0.0f, 0.0f};
     const ImVec2 dragged = ImGui::GetMouseDragDelta(0, 1.0f);
     if (!isHeld || (dragged.x == 0.0f && dragged.y == 0.0f)) return std::nullopt;
-    return ImGui::GetIO().MousePos;
+    const ImVec2 mouse = ImGui::GetIO().MousePos;
+    return ImVec2{std::max(mouse.x, 1.0f), std::max(mouse.y, 1.0f)};
 }
 
 // Returns the width of a side panel of which the user has chosen `chosen` points, or 0.
@@ -273,7 +274,7 @@ void Editor::MenuBar() {
     ImGui::EndMainMenuBar();
 }
 
-// Opens at the pointer.
+// Draws the menu *Add* of the key, which opens at the pointer.
 void Editor::AddMenu() {
     if (std::exchange(m_opensAddMenu, false)) ImGui::OpenPopup("Add");
     if (!ImGui::BeginPopup("Add")) return;
@@ -294,7 +295,8 @@ void Editor::BuildUi(const FrameInput& input) {
     if (m_work.panels.hierarchy) {
         left = SideWidth(sizes.left, window.x);
         Panel("Scene", {0.0f, top}, {left, bottom - top}, [&] { HierarchyPanel(m_work); });
-        if (const auto mouse = Border("left border", {left, top}, {left, bottom})) sizes.left = mouse->x;
+        if (const auto mouse = Border("left border", {left, top}, {left, bottom}))
+            sizes.left = mouse->x > 0.0f ? std::max(mouse->x, kLeastPanel) : 0.0f;
     }
     if (m_work.panels.inspector) {
         const float side = SideWidth(sizes.right, window.x), x = window.x - side;
@@ -302,7 +304,7 @@ void Editor::BuildUi(const FrameInput& input) {
         Panel("Inspector", {x, top}, {side, half - top}, [&] { InspectorPanel(m_work); });
         Panel("View", {x, half}, {side, bottom - half}, [&] { SettingsPanel(m_work); });
         if (const auto mouse = Border("right border", {x, top}, {x, bottom}))
-            sizes.right = mouse->x > 0.0f ? window.x - mouse->x : 0.0f;
+            sizes.right = mouse->x > 0.0f ? std::max(window.x - mouse->x, kLeastPanel) : 0.0f;
         if (const auto mouse = Border("inspector border", {x, half}, {window.x, half}))
             sizes.inspector = mouse->y > 0.0f ? std::clamp((mouse->y - top) / std::max(bottom - top, 1.0f),
                                                            kInspectorRange.min, kInspectorRange.max)
@@ -342,7 +344,7 @@ float Editor::LowerPanels(float left, float right, float bottom) {
         sizes.lower > 0.0f ? std::clamp(sizes.lower, kLeastPanel, std::max(kLeastPanel, 0.7f * window))
                            : own);
     if (const auto mouse = Border("lower border", {left, bottom - height}, {right, bottom - height}))
-        sizes.lower = mouse->y > 0.0f ? bottom - mouse->y : 0.0f;
+        sizes.lower = mouse->y > 0.0f ? std::max(bottom - mouse->y, kLeastPanel) : 0.0f;
     float x = left, taken = 0.0f;
     for (const Lower& panel : panels) {
         if (!panel.isShown) continue;

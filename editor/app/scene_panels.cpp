@@ -23,7 +23,7 @@ namespace {
 constexpr ImGuiSliderFlags kBounded = ImGuiSliderFlags_AlwaysClamp;
 constexpr float kTooltipSeconds = 0.6f;
 
-// Takes a name in place of the row: with Enter or a click elsewhere; Escape restores the old one.
+// Draws a field in place of the row. Enter or a click elsewhere gives the node that name, Escape none.
 void NameField(Workspace& work) {
     NameDraft& draft = *work.nameDraft;
     if (std::exchange(draft.isNew, false)) ImGui::SetKeyboardFocusHere();
@@ -33,8 +33,7 @@ void NameField(Workspace& work) {
     ImGui::PopStyleVar();
     if (!ImGui::IsItemDeactivated()) return;
     const NameDraft taken = *std::exchange(work.nameDraft, std::nullopt);
-    if (std::string name = taken.text.data(); name != work.document.NameOf(taken.node))
-        work.Rename(taken.node, name);
+    if (taken.text != taken.initial) work.Rename(taken.node, taken.text.data());
 }
 
 void NodeMenu(Workspace& work, uint32_t node) {
@@ -56,7 +55,7 @@ void NodeMenu(Workspace& work, uint32_t node) {
 
 constexpr const char* kNodePayload = "node";
 
-// Takes a row that is dropped on the last item.
+// Moves a row that is dropped on the last item below `parent`; nullopt: to the top of the hierarchy.
 void DropTarget(Workspace& work, std::optional<uint32_t> parent) {
     if (!ImGui::BeginDragDropTarget()) return;
     if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kNodePayload))

@@ -77,6 +77,7 @@ void Workspace::ToggleVisibility() {
 }
 
 void Workspace::DuplicateSelection() {
+    if (selectedNodes.empty()) return;
     std::vector<uint32_t> copies;
     if (!Try([&] { copies = document.Duplicate(selectedNodes, gpu); })) return;
     FollowHierarchy();
@@ -169,15 +170,21 @@ void Workspace::StartRename() {
     nodeToReveal = selectedNode;
     const std::string name = document.NameOf(*selectedNode);
     nameDraft = NameDraft{.node = *selectedNode};
-    std::copy_n(name.begin(), std::min(name.size(), nameDraft->text.size() - 1), nameDraft->text.begin());
+    size_t size = std::min(name.size(), nameDraft->text.size() - 1);
+    while (size < name.size() && size > 0 && (name[size] & 0xc0) == 0x80) --size;  // a character is whole
+    std::copy_n(name.begin(), size, nameDraft->text.begin());
+    nameDraft->initial = nameDraft->text;
 }
 
 void Workspace::FollowHierarchy() {
     hierarchy.Update(document.Children(), document.Roots());
     if (nameDraft && !document.IsPresent(nameDraft->node)) nameDraft.reset();
-    std::vector<uint32_t> present = selectedNodes;
-    std::erase_if(present, [&](uint32_t node) { return !document.IsPresent(node); });
-    if (present.size() != selectedNodes.size()) SelectAll(std::move(present));
+    if (m_chosenCamera) {
+        const uint32_t node = document.Scene().cameras[m_chosenCamera->camera].node;
+        if (node != scene::kNone && !document.IsPresent(node)) m_chosenCamera.reset();
+    }
+    if (!std::ranges::all_of(selectedNodes, [&](uint32_t node) { return document.IsPresent(node); }))
+        SelectAll(selectedNodes);
 }
 
 void Workspace::ShowVariant(uint32_t variant) {
@@ -439,6 +446,8 @@ void Workspace::Select(std::optional<uint32_t> node, std::optional<uint32_t> mat
 }
 
 void Workspace::SelectAll(std::vector<uint32_t> nodes) {
+    // What a click has met or a path names may have been deleted since
+    std::erase_if(nodes, [&](uint32_t node) { return !document.IsPresent(node); });
     selectedNodes = std::move(nodes);
     selectedNode = selectedNodes.empty() ? std::nullopt : std::optional(selectedNodes.back());
     selectedMaterial.reset();

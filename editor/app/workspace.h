@@ -34,10 +34,10 @@ struct Bookmark {
     float distance = 1.0f;
 };
 
-// A node's name that is being typed in the hierarchy.
+// Holds the name of a node while it is typed in the hierarchy.
 struct NameDraft {
     uint32_t node = 0;
-    std::array<char, 256> text{};
+    std::array<char, 256> text{}, initial{};
     bool isNew = true;  // no frame has shown it
 };
 

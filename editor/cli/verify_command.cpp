@@ -52,7 +52,8 @@ std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& sett
     return command + Text(" --spp {}", samples);
 }
 
-// Is a folder that is removed with all that is in it. Its path is "" where none can be made.
+// RunFolder owns a temporary folder, which it removes with all that is in it. Its path is "" where none can
+// be made.
 class RunFolder {
   public:
     RunFolder() {

@@ -22,6 +22,10 @@ uint64_t PixelsOf(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
 }
 
+bool Fits(Extent2D extent, const FrameBudget& budget) {
+    return budget.PixelsWithin(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
+}
+
 }  // namespace
 
 PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
@@ -34,20 +38,26 @@ Extent2D PathTracedView::ExtentAt(Extent2D extent, uint32_t scale) {
     return {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
 }
 
-PathTracedView::FrameLimits PathTracedView::LimitsOf(const FrameBudget& budget,
+PathTracedView::FrameLimits PathTracedView::LimitsOf(Extent2D extent, const FrameBudget& budget,
                                                      const BudgetSettings& settings, bool isChanging) {
-    constexpr uint32_t kMostSamples = 64, kAny = std::numeric_limits<uint32_t>::max();
+    constexpr uint32_t kMostSamples = 64, kUnlimited = std::numeric_limits<uint32_t>::max();
     FrameLimits limits{.mostSamples = settings.samplesPerFrame,
-                       .endSample = settings.maxSamples > 0 ? settings.maxSamples : kAny,
-                       .coarsest = kAny};
+                       .endSample = settings.maxSamples > 0 ? settings.maxSamples : kUnlimited,
+                       .coarsest = kUnlimited};
     if (limits.mostSamples == 0) limits.mostSamples = budget.IsLimited() && !isChanging ? kMostSamples : 1;
-    if (settings.whileMoving == MotionView::Auto && !isChanging) limits.coarsest = kCoarsestMotion;
+    // The first picture after a movement may take a few frames' time, if it is known that it takes no longer
+    constexpr double kMostFrames = 4.0;
+    if (settings.whileMoving == MotionView::Auto && !isChanging && budget.HasTimings() &&
+        !Exceeds(extent, kCoarsestMotion, budget, kMostFrames * budget.Limit()))
+        limits.coarsest = kCoarsestMotion;
     return limits;
 }
 
-bool PathTracedView::Fits(Extent2D extent, uint32_t scale, const FrameBudget& budget) {
+bool PathTracedView::Exceeds(Extent2D extent, uint32_t scale, const FrameBudget& budget,
+                             double milliseconds) {
     const Extent2D coarse = ExtentAt(extent, scale);
-    return budget.PixelsWithin(coarse, {}, budget.TracingMs()) >= PixelsOf(coarse);
+    return budget.IsLimited() && budget.HasTimings() &&
+           budget.Expect(coarse.height, passes::WholeOf(coarse)) > milliseconds;
 }
 
 size_t PathTracedView::LevelCount(Extent2D extent, uint32_t coarsest) const {
@@ -116,10 +126,10 @@ PathTracedView::Level* PathTracedView::FinerThan(const Level& level) {
 
 PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const FrameBudget& budget,
                                                     uint32_t coarsest) {
-    if (Fits(extent, 1, budget)) return nullptr;
+    if (Fits(extent, budget)) return nullptr;
     const size_t count = LevelCount(extent, coarsest);
     for (size_t i = 0; i < count; ++i)
-        if (Fits(extent, m_levels[i].scale, budget) || i + 1 == count) return &m_levels[i];
+        if (Fits(ExtentAt(extent, m_levels[i].scale), budget) || i + 1 == count) return &m_levels[i];
     return nullptr;
 }
 
@@ -128,7 +138,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
                                             const BudgetSettings& budgetSettings, bool isChanging,
                                             const PreviewSettings& preview) {
     m_tiles.clear();
-    const FrameLimits limits = LimitsOf(budget, budgetSettings, isChanging);
+    const FrameLimits limits = LimitsOf(settings.extent, budget, budgetSettings, isChanging);
     if (preview.isOn) {
         const TracePrograms::Choice program =
             m_programs.Choose(renderer, scene, settings, m_full.SampleCount(), m_isPreviewReady);
@@ -149,7 +159,7 @@ passes::AccumulatedIds PathTracedView::DeclareSamples(Renderer& renderer, const 
                                                       const BudgetSettings& budgetSettings) {
     m_tiles.clear();
     m_programs.MarkUsed();
-    const FrameLimits limits = LimitsOf(budget, budgetSettings, false);
+    const FrameLimits limits = LimitsOf(settings.extent, budget, budgetSettings, false);
     return DeclareSamples(renderer, scene, settings, budget, limits).samples;
 }
 

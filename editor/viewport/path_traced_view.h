@@ -91,8 +91,8 @@ class PathTracedView {
         PassId first, end;         // passes that trace it: from `first` to before `end`
     };
     const std::vector<Tile>& DeclaredTiles() const { return m_tiles; }
-    // Returns whether a first picture that is coarser by this factor fits the budget.
-    static bool Fits(Extent2D extent, uint32_t scale, const FrameBudget& budget);
+    // Returns whether a picture that is coarser by this factor is known to take longer than `milliseconds`.
+    static bool Exceeds(Extent2D extent, uint32_t scale, const FrameBudget& budget, double milliseconds);
     // Returns the tiles of the accumulation itself.
     std::vector<passes::Region> TilesOfSamples() const;
 
@@ -106,7 +106,8 @@ class PathTracedView {
     struct FrameLimits {
         uint32_t mostSamples, endSample, coarsest;
     };
-    static FrameLimits LimitsOf(const FrameBudget& budget, const BudgetSettings& settings, bool isChanging);
+    static FrameLimits LimitsOf(Extent2D extent, const FrameBudget& budget, const BudgetSettings& settings,
+                                bool isChanging);
     // Returns how many levels a picture needs: the coarsest has at most FrameBudget::kFirstPixels pixels, or
     // the scale `coarsest`.
     size_t LevelCount(Extent2D extent, uint32_t coarsest) const;

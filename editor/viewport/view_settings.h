@@ -79,11 +79,11 @@ struct OutlineSettings {
 using passes::LensSettings;
 using passes::PathSettings;  // a change restarts accumulation, with ResetCause::Settings
 
-// Selects what is shown instead of the path-traced picture while the camera moves.
-//   Auto:       path-traced where pixels of kCoarsestMotion fit the limit, else raster. The first picture
-//               after the movement has at least that resolution, and may exceed the limit once
-//   PathTraced: as fine as the limit allows
-//   Raster:     always
+// Selects what is shown instead of the path-traced picture while something changes.
+//   Auto:       raster, where pixels of kCoarsestMotion are known to exceed the limit. The first picture
+//               after the change has at least that resolution, unless that takes longer than four frames
+//   PathTraced: none; it is as fine as the limit allows
+//   Raster:     raster while the camera moves
 #define RAYGRAPH_MOTION_VIEWS(X, Of)        \
     X(Of, Auto, 0, "automatic", "")         \
     X(Of, PathTraced, 1, "path-traced", "") \

@@ -272,7 +272,7 @@ void Viewport::Impl::ReleaseUnseen(const ShowSettings& shownAs) {
     };
     if (hasExpired(shownAs.view == View::RealTime || ComparesRealTime(shownAs), framesWithoutRealTime))
         ReleaseRealTime();
-    if (hasExpired(ShowsDenoised(shownAs), framesWithoutDenoised)) ReleaseDenoised();
+    if (hasExpired(ShowsDenoised(show), framesWithoutDenoised)) ReleaseDenoised();
 }
 
 void Viewport::Impl::Restart(ResetCause cause) {
@@ -365,9 +365,10 @@ bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) cons
 ShowSettings Viewport::Impl::ShownAs() const {
     ShowSettings shown = show;
     const MotionView motion = budgetSettings.whileMoving;
-    const bool isReplaced = (motion == MotionView::Raster && IsRecent(movedAt)) ||
-                            (motion == MotionView::Auto && IsRecent(changedAt) && isRasterReady &&
-                             !isPreview && !PathTracedView::Fits(size, kCoarsestMotion, budget));
+    const bool isReplaced =
+        (motion == MotionView::Raster && IsRecent(movedAt)) ||
+        (motion == MotionView::Auto && IsRecent(changedAt) && isRasterReady && !isPreview &&
+         PathTracedView::Exceeds(size, kCoarsestMotion, budget, budget.TracingMs()));
     if (show.view == View::PathTraced && isReplaced) shown.view = View::Raster;
     shown.tonemap.isOpaque = true;  // a host may blend it over its window
     shown.tonemap.isUnassociated = false;
@@ -452,8 +453,8 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const PassId firstOfRaster = renderer.NextPass();
     const RasterView::Ids drawn =
         raster.Declare(renderer, ids, settings, rasterSettings, rasterSamples, rasterScale);
-    // Pipelines are made before the first movement needs them
-    if (budgetSettings.whileMoving == MotionView::Auto && budget.IsLimited() && !isRasterReady)
+    // Pipelines are made before a movement needs them
+    if (budgetSettings.whileMoving == MotionView::Auto && budget.IsLimited())
         isRasterReady = renderer.PreparePipelines(firstOfRaster, renderer.NextPass());
 
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();

@@ -594,12 +594,11 @@ void GpuScene::Extend(const scene::SceneData& posed) {
     const size_t firstInstance = scene.setInstances, firstLight = scene.setLights;
     if (posed.instances.size() < firstInstance || posed.lights.size() < firstLight)
         throw Error(ErrorKind::Usage, "GpuScene: Extend: the outline has fewer objects than the scene");
-    const bool addsInstances = posed.instances.size() > firstInstance,
-               addsLights = posed.lights.size() > firstLight;
-    if ((addsInstances && scene.instances.Count() != firstInstance) ||
-        (addsLights && scene.lights.PunctualCount() != firstLight))
-        throw Error(ErrorKind::Usage,
-                    "GpuScene: Extend: other objects have been added, and have the indices");
+    const auto require = [](uint32_t index, size_t expected) {
+        if (index != expected)
+            throw Error(ErrorKind::Usage,
+                        "GpuScene: Extend: objects have been added or removed, so that indices differ");
+    };
     std::vector<scene::PlacedTransform> places;
     for (size_t i = firstInstance; i < posed.instances.size(); ++i) {
         const scene::Instance& instance = posed.instances[i];
@@ -613,22 +612,26 @@ void GpuScene::Extend(const scene::SceneData& posed) {
     WithMemoryErrors("Extend", [&] {
         scene.owners.instances.Reserve(posed.instances.size());
         scene.owners.lights.Reserve(posed.lights.size());
-        size_t instances = firstInstance, lights = firstLight;
+        std::vector<uint32_t> instances, lights;
         try {
-            for (; instances < posed.instances.size(); ++instances)
-                scene.owners.instances.Set(scene.AddInstance(posed.instances[instances].mesh,
-                                                             places[instances - firstInstance], false),
-                                           kOwnedByScene);
-            for (; lights < posed.lights.size(); ++lights)
-                scene.owners.lights.Set(scene.AddLight(posed.lights[lights], false, LightOwner::OfNode),
-                                        kOwnedByScene);
+            for (size_t i = firstInstance; i < posed.instances.size(); ++i) {
+                instances.push_back(
+                    scene.AddInstance(posed.instances[i].mesh, places[i - firstInstance], false));
+                require(instances.back(), i);
+                scene.owners.instances.Set(instances.back(), kOwnedByScene);
+            }
+            for (size_t i = firstLight; i < posed.lights.size(); ++i) {
+                lights.push_back(scene.AddLight(posed.lights[i], false, LightOwner::OfNode));
+                require(lights.back(), i);
+                scene.owners.lights.Set(lights.back(), kOwnedByScene);
+            }
         } catch (...) {
-            while (lights-- > firstLight) scene.RemoveLight(static_cast<uint32_t>(lights));
-            while (instances-- > firstInstance) scene.RemoveInstance(static_cast<uint32_t>(instances));
+            for (; !lights.empty(); lights.pop_back()) scene.RemoveLight(lights.back());
+            for (; !instances.empty(); instances.pop_back()) scene.RemoveInstance(instances.back());
             throw;
         }
-        scene.setInstances = instances;
-        scene.setLights = lights;
+        scene.setInstances = posed.instances.size();
+        scene.setLights = posed.lights.size();
     });
 }
 

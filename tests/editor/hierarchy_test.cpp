@@ -124,9 +124,36 @@ TEST_F(HierarchyEditTest, AnUnknownExtensionKeepsTheIndicesOfNodes) {
     EXPECT_EQ(saved["nodes"][moving::Eye]["name"], "eye");
     EXPECT_EQ(saved["nodes"][moving::Slider], test::Json::object());
     EXPECT_EQ(saved["scenes"][0]["nodes"], test::Json({0, 1, 2, moving::Eye}));
+    EXPECT_EQ(saved["animations"], source.json["animations"]);
 }
 
 // The items of the menu at the pointer are 20 pixels high.
+// A scale of 0 has no inverse; what is removed does not count as anywhere else.
+TEST_F(HierarchyEditTest, CollapsedNodesComeBackAndWhatIsRemovedIsOutOfTheBounds) {
+    test::GltfDocument source = moving::Document();
+    source.json["nodes"][moving::Rider]["scale"] = {0, 0, 0};
+    Open(source);
+    const glm::vec3 least = document.Scene().bounds.min, most = document.Scene().bounds.max;
+    document.Remove(std::vector<uint32_t>{moving::Slider}, gpu);
+    document.Remove(std::vector<uint32_t>{moving::Skinned, moving::FirstJoint, moving::SecondJoint}, gpu);
+    EXPECT_TRUE(document.Scene().bounds.IsEmpty());
+    Repeat(&Document::Undo, 2);
+    EXPECT_TRUE(document.IsPresent(moving::Rider));
+    EXPECT_EQ(document.Scene().bounds.min, least);
+    EXPECT_EQ(document.Scene().bounds.max, most);
+}
+
+TEST_F(EditorTest, WhatIsDeletedCannotBeSelected) {
+    Play(OpenCornell() + "select tall block\n");
+    Workspace& work = editor.Work();
+    const uint32_t node = work.selectedNode.value();
+    Play("key delete\n");
+    work.Select(node);
+    EXPECT_FALSE(work.selectedNode);
+    work.DuplicateSelection();
+    EXPECT_EQ(work.document.EditCount(), 1u);
+}
+
 TEST_F(EditorTest, WhatIsAddedIsSavedAndUndone) {
     const std::string before = (folder.Path() / "before.gltf").string();
     const std::string after = (folder.Path() / "after.gltf").string();

@@ -136,7 +136,7 @@ class SceneObjects {
     std::optional<DeformSet> deform;  // nullopt: no mesh is deformed
     std::optional<WideSet> trees;     // nullopt with Traversal::Driver
     ObjectOwners owners;
-    // The numbers of objects that SetScene and Extend added: SetPose requires these.
+    // These count the objects that SetScene and Extend added; SetPose requires as many.
     size_t setInstances, setMaterials, setLights;
     const size_t firstExtendedLight;  // by Extend: whether they shine counts for DefaultLight::Auto
 };

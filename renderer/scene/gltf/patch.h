@@ -30,7 +30,7 @@ struct NodeChanges {
 NodeChanges PatchNodeList(nlohmann::ordered_json& root, GltfOutline& loaded, const SceneData& edited,
                           std::span<const uint32_t> copiedFrom);
 // Writes names, children and the roots of scenes, then removes the nodes that are gone, with the channels of
-// animations and the skins that name them. The last patch: indices of nodes change. If the file uses an
+// animations and the skins that name them. It comes last, since indices of nodes change. If the file uses an
 // extension that is not read and may name nodes, nodes of the file that are gone stay there, empty and
 // unused. Throws Error{Usage} if a skin that is used would lose a joint.
 void PatchHierarchy(nlohmann::ordered_json& root, const GltfOutline& loaded, const SceneData& edited,
@@ -39,7 +39,7 @@ void PatchHierarchy(nlohmann::ordered_json& root, const GltfOutline& loaded, con
 // --- What the patches share ---
 
 inline constexpr const char* kPunctualLights = "KHR_lights_punctual";
-// Names the extension in extensionsUsed. References into `root` end: its members move if that is a new one.
+// Adds the extension to extensionsUsed. That may move the members of `root`: references into it end.
 void Use(nlohmann::ordered_json& root, const char* extension);
 // Returns the index of a node's punctual light; nullptr if it has none.
 nlohmann::ordered_json* LightOf(nlohmann::ordered_json& node);

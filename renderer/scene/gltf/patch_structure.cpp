@@ -316,12 +316,13 @@ void PatchHierarchy(OrderedJson& root, const GltfOutline& loaded, const SceneDat
     }
     PutScenes(root, loaded, edited, roots, changes);
     if (std::ranges::find(changes.isGone, true) == changes.isGone.end()) return;
-    RemoveChannels(root, changes.isGone);
     std::vector<bool> isRemoved = changes.isGone;
-    if (!AreIndicesFree(root))
-        std::fill_n(isRemoved.begin(), changes.fileCount, false);
-    else
+    if (AreIndicesFree(root)) {
+        RemoveChannels(root, changes.isGone);  // and animations without any, whose indices may be named, too
         RemoveSkins(root, changes.isGone);
+    } else {
+        std::fill_n(isRemoved.begin(), changes.fileCount, false);
+    }
     RemoveNodes(root, isRemoved);
 }
 

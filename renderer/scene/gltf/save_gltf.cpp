@@ -196,7 +196,7 @@ void Write(const GltfContainer& container, Json& root, const fs::path& target, b
     WriteWhole(target, AsBytes(root.dump(indent.width, indent.character) + "\n"));
 }
 
-// The text of `origin` knows no file that was written since: the first buffer may have left the .glb.
+// Takes the buffers of the file as it is now: since `root` was read, the first may have left the .glb.
 void TakeBuffers(Json& root, std::string_view current) {
     const std::optional<RepairedText> repaired = RepairStrings(current);
     const Json now = Json::parse(repaired ? std::string_view(repaired->text) : current);

@@ -166,8 +166,11 @@ class DeformedBoxes {
 
 void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
+    // What an editor has removed stays where it was, and no part of the scene
+    std::vector<bool> isPresent(scene.nodes.size(), false);
+    for (const uint32_t node : scene.nodeOrder) isPresent[node] = true;
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
-        if (node == kNone) return;
+        if (node == kNone || !isPresent[node]) return;
         const PlacedTransform placed = WithDirections(scene, node, transforms[node]);
         matrix = placed.matrix;
         rest = placed.rest;
@@ -180,6 +183,7 @@ void UpdateWorldTransforms(SceneData& scene) {
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
+        if (instance.node != kNone && !isPresent[instance.node]) continue;
         const uint32_t skin =
             instance.isDeformed && HasSkin(scene, instance) ? scene.nodes[instance.node].skin : kNone;
         if (instance.node != kNone) {
