@@ -411,12 +411,12 @@ void Document::Set(const Edit& edit) {
 
 void Document::Follow(std::span<const Edit> edits, GpuScene& gpu) {
     std::vector<uint32_t> nodes, materials, lights;
-    bool isReordered = false, isRenamed = false;
+    bool isReordered = false;
     for (const Edit& edit : edits) {
         std::visit(Overloaded{
                        [&](const MaterialEdit& e) { materials.push_back(e.material); },
                        [&](const LightEdit& e) { lights.push_back(e.light); },
-                       [&](const NameEdit&) { isRenamed = true; },
+                       [](const NameEdit&) {},
                        [&](const auto& e) {
                            using Kind = std::decay_t<decltype(e)>;
                            isReordered |=
@@ -426,7 +426,6 @@ void Document::Follow(std::span<const Edit> edits, GpuScene& gpu) {
                    },
                    edit);
     }
-    m_hierarchyChanges += isReordered || isRenamed ? 1 : 0;
     if (isReordered) {
         UpdateOrder();
         m_applier.Refresh(m_scene);

@@ -88,8 +88,6 @@ class Document {
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // indexed by node
     const std::vector<uint32_t>& Roots() const { return m_roots; }
-    // Returns a number that grows with every change of names and of the hierarchy.
-    uint64_t HierarchyCount() const { return m_hierarchyChanges; }
     // Returns whether the node is in the hierarchy: neither removed nor in another scene of the file.
     bool IsPresent(uint32_t node) const { return node < m_isPlaced.size() && m_isPlaced[node]; }
     // Returns the node's name, else that of its mesh, else one made of its index.
@@ -228,7 +226,6 @@ class Document {
     std::vector<uint32_t> m_allRoots;
     std::vector<bool> m_isRemoved;  // indexed by node: itself
     std::vector<bool> m_isPlaced;   // indexed by node: neither removed nor below one that is
-    uint64_t m_hierarchyChanges = 0;
     std::vector<uint32_t> m_restored;
     // scene::SaveOrigin says what these are. The text is kept once a file has been written.
     std::string m_json;

@@ -446,7 +446,7 @@ void Workspace::Select(std::optional<uint32_t> node, std::optional<uint32_t> mat
 }
 
 void Workspace::SelectAll(std::vector<uint32_t> nodes) {
-    // What a click has met or a path names may have been deleted since
+    // A node that a click has met, or that a path names, may have been deleted since
     std::erase_if(nodes, [&](uint32_t node) { return !document.IsPresent(node); });
     selectedNodes = std::move(nodes);
     selectedNode = selectedNodes.empty() ? std::nullopt : std::optional(selectedNodes.back());

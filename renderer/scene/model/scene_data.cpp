@@ -166,7 +166,7 @@ class DeformedBoxes {
 
 void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
-    // What an editor has removed stays where it was, and no part of the scene
+    // Objects that an editor has removed keep their placement, and do not count for the bounds
     std::vector<bool> isPresent(scene.nodes.size(), false);
     for (const uint32_t node : scene.nodeOrder) isPresent[node] = true;
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
