@@ -148,18 +148,23 @@ std::string KeyText(const KeyPress& press) {
     return std::string(press.isControl ? "Ctrl+" : "") + (press.isShift ? "Shift+" : "") + Name(press.key);
 }
 
-KeyPress KeyFromText(std::string_view text) {
-    KeyPress press{};
+Modified ModifiedFromText(std::string_view text) {
+    Modified modified;
     for (size_t plus = text.find('+'); plus != std::string_view::npos; plus = text.find('+')) {
         const std::string_view modifier = text.substr(0, plus);
         const bool isControl = IsSameName(modifier, "ctrl");
         if (!isControl && !IsSameName(modifier, "shift"))
             throw MakeError(ErrorKind::Usage, "there is no modifier \"{}\"", Printable(modifier));
-        (isControl ? press.isControl : press.isShift) = true;
+        (isControl ? modified.isControl : modified.isShift) = true;
         text.remove_prefix(plus + 1);
     }
-    press.key = KeyFromName(text);
-    return press;
+    modified.name = text;
+    return modified;
+}
+
+KeyPress KeyFromText(std::string_view text) {
+    const Modified modified = ModifiedFromText(text);
+    return {KeyFromName(modified.name), modified.isControl, modified.isShift};
 }
 
 // --- The table and the bindings ---
@@ -221,6 +226,11 @@ std::vector<std::pair<std::string, std::string>> GestureRows(KeyPreset preset) {
         {"wheel", "closer, farther"},
         {"right drag", "look around; with W A S D Q E fly (Shift: fast, Ctrl: slow)"},
         {"click", "select the object under the pointer, with its material"},
+        {"Ctrl + click", "in the hierarchy: select one more, or one less"},
+        {"Shift + click", "in the hierarchy: select all rows from the last one (Ctrl: besides the others)"},
+        {"Up, Down, Home, End",
+         "in the hierarchy, once it was clicked: select another row (Shift: all up to it)"},
+        {"Left, Right", "in the hierarchy, likewise: close and open the row"},
         {"Shift + 1 to 9", "camera bookmark; with Ctrl set it"},
     };
 }

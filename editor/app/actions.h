@@ -79,6 +79,13 @@ struct KeyPress {
     bool operator==(const KeyPress&) const = default;
 };
 std::string KeyText(const KeyPress& press);  // e.g. "Ctrl+Shift+S"
+// A text such as "ctrl+shift+NAME", in any case.
+struct Modified {
+    std::string_view name;  // the part after the modifiers
+    bool isControl = false, isShift = false;
+};
+// Throws Error{Usage} for another modifier.
+Modified ModifiedFromText(std::string_view text);
 // Returns the key of a text as KeyText returns it, in any case. Throws Error{Usage} for another text.
 KeyPress KeyFromText(std::string_view text);
 

@@ -41,6 +41,14 @@ std::vector<bool> AnimatedNodes(const scene::SceneData& scene) {
     return isAnimated;
 }
 
+// Returns per node whether it is a joint of a skin.
+std::vector<bool> JointsOf(const scene::SceneData& scene) {
+    std::vector<bool> isJoint(scene.nodes.size());
+    for (const scene::Skin& skin : scene.skins)
+        for (const uint32_t joint : skin.joints) isJoint[joint] = true;
+    return isJoint;
+}
+
 // Returns whether two edits have the same target.
 bool IsSameTarget(const Edit& a, const Edit& b) {
     if (a.index() != b.index()) return false;
@@ -67,6 +75,7 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
       m_evaluator(m_scene),
       m_applier(m_scene),
       m_statistics(scene::Statistics(data)),
+      m_isJoint(JointsOf(m_scene)),
       m_isNodeAnimated(AnimatedNodes(m_scene)) {
     if (!m_scene.animations.empty()) {
         m_rest = m_scene;
@@ -89,6 +98,14 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
     }
     place(m_scene.lights, &Placed::light);
     place(m_scene.cameras, &Placed::camera);
+}
+
+NodeKind Document::KindOf(uint32_t node) const {
+    const Placed& placed = m_placed.at(node);
+    if (m_scene.nodes[node].mesh != scene::kNone) return NodeKind::Mesh;
+    if (placed.light != scene::kNone) return NodeKind::Light;
+    if (placed.camera != scene::kNone) return NodeKind::Camera;
+    return node < m_isJoint.size() && m_isJoint[node] ? NodeKind::Joint : NodeKind::Empty;
 }
 
 std::vector<uint32_t> Document::Subtree(uint32_t node) const {

@@ -65,6 +65,9 @@ struct PresenceEdit {
 using Edit = std::variant<TransformEdit, PartsEdit, VisibilityEdit, MaterialEdit, LightEdit, NameEdit,
                           ParentEdit, PresenceEdit>;
 
+// Says what a node is in the hierarchy: by the first of these that it has.
+enum class NodeKind : uint8_t { Mesh, Light, Camera, Joint, Empty };
+
 class Document {
   public:
     Document() = default;  // an empty scene without a file
@@ -92,6 +95,7 @@ class Document {
     bool IsPresent(uint32_t node) const { return node < m_isPlaced.size() && m_isPlaced[node]; }
     // Returns the node's name, else that of its mesh, else one made of its index.
     std::string NameOf(uint32_t node) const;
+    NodeKind KindOf(uint32_t node) const;
     // Returns those that are below no other one of them, each once, in the order of the hierarchy.
     std::vector<uint32_t> Tops(std::span<const uint32_t> nodes) const;
     glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
@@ -231,6 +235,7 @@ class Document {
     std::string m_json;
     std::vector<uint32_t> m_copiedFrom;
     std::vector<Placed> m_placed;        // indexed by node
+    std::vector<bool> m_isJoint;         // indexed by the nodes of the file
     std::vector<bool> m_isNodeAnimated;  // some animation changes a part of its transform
     std::vector<Step> m_steps;
     size_t m_saved = 0;  // m_done when the scene was saved; kNeverSaved: no state equals the saved one

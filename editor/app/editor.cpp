@@ -292,6 +292,7 @@ void Editor::BuildUi(const FrameInput& input) {
     PanelSizes& sizes = m_work.panelSizes;
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;
     float left = 0.0f, right = window.x, lower = bottom;
+    m_work.isHierarchyFocused = false;
     if (m_work.panels.hierarchy) {
         left = SideWidth(sizes.left, window.x);
         Panel("Scene", {0.0f, top}, {left, bottom - top}, [&] { HierarchyPanel(m_work); });
@@ -686,6 +687,8 @@ void Editor::Keys(const FrameInput& input) {
         const KeyPress press{key, input.isControl, input.isShift};
         if (m_work.actionToBind) {
             BindKey(press);
+        } else if (HierarchyKey(m_work, press)) {
+            continue;
         } else if (input.isShift && key >= Key::Digit1 && key <= Key::Digit9) {
             UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
         } else if (const std::optional<Action> action = m_work.keys.ActionOf(press)) {

@@ -23,7 +23,32 @@ void Hierarchy::Update(std::vector<std::vector<uint32_t>> children, std::vector<
     m_parents.assign(m_children.size(), kNoParent);
     for (uint32_t node = 0; node < m_children.size(); ++node)
         for (const uint32_t child : m_children[node]) m_parents[child] = node;
+    EndFilter();
+}
+
+void Hierarchy::SetFilter(const std::vector<bool>& isMatch) {
+    m_isListed.assign(m_children.size(), false);
+    for (uint32_t node = 0; node < isMatch.size(); ++node)
+        for (uint32_t above = isMatch[node] ? node : kNoParent; above != kNoParent && !m_isListed[above];
+             above = m_parents[above])
+            m_isListed[above] = true;
     m_isStale = true;
+}
+
+void Hierarchy::EndFilter() {
+    m_isListed.clear();
+    m_isStale = true;
+}
+
+std::optional<uint32_t> Hierarchy::Parent(uint32_t node) const {
+    const uint32_t parent = m_parents.at(node);
+    return parent == kNoParent ? std::nullopt : std::optional(parent);
+}
+
+bool Hierarchy::HasRowsBelow(uint32_t node) const {
+    const std::vector<uint32_t>& children = m_children.at(node);
+    return IsFiltered() ? std::ranges::any_of(children, [&](uint32_t child) { return m_isListed[child]; })
+                        : !children.empty();
 }
 
 const std::vector<Hierarchy::Row>& Hierarchy::Rows() const {
@@ -34,8 +59,9 @@ const std::vector<Hierarchy::Row>& Hierarchy::Rows() const {
     while (!stack.empty()) {
         const Row row = stack.back();
         stack.pop_back();
+        if (IsFiltered() && !m_isListed[row.node]) continue;
         m_rows.push_back(row);
-        if (!m_isOpen[row.node]) continue;
+        if (!IsOpen(row.node)) continue;
         const std::vector<uint32_t>& children = m_children[row.node];
         for (size_t i = children.size(); i-- > 0;) stack.push_back({children[i], row.depth + 1});
     }

@@ -20,6 +20,14 @@ bool IsSameName(std::string_view a, std::string_view b) {
     return std::ranges::equal(
         a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
+
+bool HasPart(std::string_view text, std::string_view part) {
+    const auto isSame = [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); };
+    // std::ranges::search is not used: clang 14 does not compile what it returns
+    return part.empty() ||
+           std::search(text.begin(), text.end(), part.begin(), part.end(), isSame) != text.end();
+}
+
 const char* Name(Key key) {
     const char* name = kKeyNames[static_cast<size_t>(key)];
     return key >= Key::Digit0 && key <= Key::Digit9 ? name + std::string_view("Digit").size() : name;

@@ -33,6 +33,8 @@ inline constexpr size_t kKeyCount = static_cast<size_t>(Key::Count);
 const char* Name(Key key);  // of a digit's key: "1"
 // Compares names without case.
 bool IsSameName(std::string_view a, std::string_view b);
+// Returns whether the text has the part, without regard to the case of ASCII letters.
+bool HasPart(std::string_view text, std::string_view part);
 // Returns the key of a name, in any case. Throws Error{Usage} for an unknown name.
 Key KeyFromName(std::string_view name);
 

@@ -1,30 +1,14 @@
 #include "editor/app/log_history.h"
 
-#include <algorithm>
-
 #include "base/os.h"
 #include "base/text.h"
+#include "editor/app/input.h"
 
 namespace raygraph::editor {
 
-namespace {
-
-char Lower(char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-}
-
-bool Has(const std::string& text, const std::string& part) {
-    const auto isSame = [](char a, char b) { return Lower(a) == Lower(b); };
-    // std::ranges::search is not used: clang 14 does not compile what it returns
-    return part.empty() ||
-           std::search(text.begin(), text.end(), part.begin(), part.end(), isSame) != text.end();
-}
-
-}  // namespace
-
 bool LogFilter::Accepts(const LogEntry& entry) const {
     if (entry.level < minLevel || (!category.empty() && entry.category != category)) return false;
-    return Has(entry.text, text) || Has(entry.category, text);
+    return HasPart(entry.text, text) || HasPart(entry.category, text);
 }
 
 std::string LineOf(const LogEntry& entry) {

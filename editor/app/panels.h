@@ -3,11 +3,15 @@
 
 #include <imgui.h>
 
+#include "editor/app/actions.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {
 
 void HierarchyPanel(Workspace& work);
+// Moves the selection from row to row, opens and closes rows, or ends the search. Returns false if the key is
+// none of the hierarchy's, or if its panel has not been clicked last.
+bool HierarchyKey(Workspace& work, const KeyPress& press);
 // Edits transform, material and light of the selection.
 void InspectorPanel(Workspace& work);
 // Edits a color: linear numbers, and a swatch that shows it as the screen does and opens a picker, whose

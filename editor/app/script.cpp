@@ -137,6 +137,8 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                    },
                    [&](const HoldButton& command) {
                        bool& isHeld = m_input.buttons[static_cast<size_t>(command.button)];
+                       m_input.isControl = command.isControl;
+                       m_input.isShift = command.isShift;
                        if (command.isDown) {
                            isHeld = true;
                            frame();
@@ -149,6 +151,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                            isHeld = false;
                            frame();
                        }
+                       m_input.isControl = m_input.isShift = false;
                    },
                    [&](const ScrollWheel& command) {
                        m_input.wheel = command.notches;
@@ -270,8 +273,10 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     const size_t edits = work.document.EditCount();
     const std::string view = Name(work.view.Show().view);
     const size_t nodes = work.document.Scene().nodeOrder.size();
-    const std::string selected =
-        work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
+    std::string selected;
+    for (const uint32_t node : work.selectedNodes)
+        selected += (selected.empty() ? "" : ", ") + work.document.NameOf(node);
+    if (selected.empty()) selected = "nothing";
     const Timeline& timeline = work.timeline;
     const std::string time = timeline.IsAtRest() ? "rest" : Text("{:.3f}", timeline.Seconds());
     const uint32_t variant = work.document.Scene().variant;
@@ -393,10 +398,10 @@ class LineReader {
             return PressKey{press.key, press.isControl, press.isShift};
         }
         if (verb == "mouse") return MoveMouse{Place(Word(1), Word(2))};
-        if (verb == "press") return HoldButton{ButtonOf(Word(1)), true, false, false};
-        if (verb == "release") return HoldButton{ButtonOf(Word(1)), false, true, false};
-        if (verb == "click") return HoldButton{ButtonOf(Word(1)), true, true, false};
-        if (verb == "drag") return HoldButton{ButtonOf(Word(1)), true, true, true, Place(Word(2), Word(3))};
+        if (verb == "press") return Held(true, false, false);
+        if (verb == "release") return Held(false, true, false);
+        if (verb == "click") return Held(true, true, false);
+        if (verb == "drag") return Held(true, true, true);
         if (verb == "wheel") return ScrollWheel{Number(Word(1), -1e3f, 1e3f)};
         if (verb == "text") return TypeText{CodePoints(Rest(1))};
         if (verb == "select") return SelectNodes{Names(1)};
@@ -429,6 +434,17 @@ class LineReader {
     }
 
   private:
+    // Reads a button with its modifiers, and the way of a drag.
+    HoldButton Held(bool isDown, bool isUp, bool isDragged) const {
+        const Modified modified = ModifiedFromText(Word(1));
+        return {ButtonOf(std::string(modified.name)),
+                isDown,
+                isUp,
+                isDragged,
+                isDragged ? Place(Word(2), Word(3)) : glm::vec2(0.0f),
+                modified.isControl,
+                modified.isShift};
+    }
     // Reads a list with commas.
     std::vector<std::string> Names(size_t from) const {
         std::istringstream list(Rest(from));

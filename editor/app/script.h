@@ -3,7 +3,8 @@
 //
 //   size 1280x720          of the window, pixels     scale 2           pixels to a point, 0.5 to 8
 //   open FILE              as if dropped             key ctrl+z        also shift+: input.h
-//   mouse 640 360          moves there               click left        also press, release; right, middle
+//   mouse 640 360          moves there               click left        also press, release; right, middle;
+//                          ctrl+left, shift+left, ctrl+shift+left: while the keys are held
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
 //   select NAME, NAME      nodes; the last is the active one
@@ -21,7 +22,7 @@
 //   time SECONDS           shows that time           stop              back to the rest pose
 //   close                  as the window's button   expect asking yes | leaving no: the question about
 //                          unsaved edits, which key S, D or escape answers; whether the editor ends
-//   expect selected NAME | view NAME | variant NAME | message TEXT | edits N | nodes N
+//   expect selected NAME, NAME | view NAME | variant NAME | message TEXT | edits N | nodes N
 //   expect samples-below N | samples-above N | playing yes | time 0.250 | time rest
 // clang-format on
 #pragma once
@@ -67,6 +68,7 @@ struct HoldButton {
     bool isDown, isUp;  // button goes down, then up
     bool isDragged;     // moves by `way` in between
     glm::vec2 way{0.0f};
+    bool isControl = false, isShift = false;
 };
 struct ScrollWheel {
     float notches;

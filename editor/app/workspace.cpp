@@ -4,6 +4,8 @@
 #include <chrono>
 #include <exception>
 #include <glm/gtc/constants.hpp>
+#include <iterator>
+#include <set>
 #include <utility>
 
 #include "base/files.h"
@@ -61,9 +63,9 @@ void Workspace::ReportErrorOnce(const std::string& why, std::string& last, std::
         ReportError(last = why, category);
 }
 
-void Workspace::Apply(const Edit& edit) {
+void Workspace::Apply(std::span<const Edit> edits) {
     try {
-        document.Apply(edit, gpu);
+        document.Apply(edits, gpu);
         m_refusedEdit.clear();
     } catch (const std::exception& error) {
         ReportErrorOnce(error.what(), m_refusedEdit);
@@ -72,7 +74,11 @@ void Workspace::Apply(const Edit& edit) {
 
 void Workspace::ToggleVisibility() {
     if (!selectedNode) return;
-    Apply(VisibilityEdit{*selectedNode, !document.Scene().nodes[*selectedNode].isVisible});
+    const bool isVisible = !document.Scene().nodes[*selectedNode].isVisible;
+    std::vector<Edit> edits;
+    for (const uint32_t node : selectedNodes) edits.push_back(VisibilityEdit{node, isVisible});
+    document.Settle();
+    Apply(edits);
     document.Settle();
 }
 
@@ -147,13 +153,16 @@ void Workspace::DeleteSelection() {
 }
 
 void Workspace::Reparent(uint32_t node, std::optional<uint32_t> parent) {
-    const bool isSelected = std::ranges::count(selectedNodes, node) > 0;
-    const std::vector<uint32_t> nodes = isSelected ? selectedNodes : std::vector{node};
+    const std::vector<uint32_t> nodes = IsSelected(node) ? selectedNodes : std::vector{node};
     if (!Try([&] { document.Reparent(nodes, parent.value_or(scene::kNone), scene::kNone, gpu); })) return;
     FollowHierarchy();
     nodeToReveal = node;
-    ShowMessage(parent ? Text("'{}' is below '{}'", document.NameOf(node), document.NameOf(*parent))
-                       : Text("'{}' is a root", document.NameOf(node)));
+    const std::string moved =
+        nodes.size() == 1 ? Text("'{}' is", document.NameOf(node)) : Text("{} nodes are", nodes.size());
+    const std::string place = parent              ? Text("below '{}'", document.NameOf(*parent))
+                              : nodes.size() == 1 ? "a root"
+                                                  : "roots";
+    ShowMessage(Text("{} {}", moved, place));
 }
 
 void Workspace::Rename(uint32_t node, const std::string& name) {
@@ -178,6 +187,7 @@ void Workspace::StartRename() {
 
 void Workspace::FollowHierarchy() {
     hierarchy.Update(document.Children(), document.Roots());
+    FilterHierarchy(m_hierarchyFilter);
     if (nameDraft && !document.IsPresent(nameDraft->node)) nameDraft.reset();
     if (m_chosenCamera) {
         const uint32_t node = document.Scene().cameras[m_chosenCamera->camera].node;
@@ -428,6 +438,7 @@ bool Workspace::Show(LoadedScene loaded) {
     timeline = Timeline(document.Scene());
     AddRecentFile(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
+    m_hierarchyFilter.clear();
     nodeToReveal.reset();
     nameDraft.reset();
     Select(std::nullopt);
@@ -450,11 +461,58 @@ void Workspace::SelectAll(std::vector<uint32_t> nodes) {
     std::erase_if(nodes, [&](uint32_t node) { return !document.IsPresent(node); });
     selectedNodes = std::move(nodes);
     selectedNode = selectedNodes.empty() ? std::nullopt : std::optional(selectedNodes.back());
+    m_rangeStart = selectedNode;
     selectedMaterial.reset();
     std::vector<uint32_t> outlined;
     for (const uint32_t top : document.Tops(selectedNodes))
         for (const uint32_t instance : document.InstancesUnder(top)) outlined.push_back(instance);
     view.SetOutlined(outlined);
+}
+
+bool Workspace::IsSelected(uint32_t node) const {
+    return std::ranges::count(selectedNodes, node) > 0;
+}
+
+void Workspace::ToggleSelected(uint32_t node) {
+    std::vector<uint32_t> nodes = selectedNodes;
+    if (std::erase(nodes, node) == 0) nodes.push_back(node);
+    SelectAll(std::move(nodes));
+    m_rangeStart = node;
+}
+
+void Workspace::SelectRange(uint32_t node, bool isAdded) {
+    const uint32_t start = m_rangeStart.value_or(node);
+    std::vector<uint32_t> rows;
+    std::optional<size_t> from, to;
+    for (const Hierarchy::Row& row : hierarchy.Rows()) {
+        if (row.node == start) from = rows.size();
+        if (row.node == node) to = rows.size();
+        rows.push_back(row.node);
+    }
+    if (!to) return;
+    const uint32_t begin = from ? start : node;  // the row of the start may be gone
+    if (!from) from = to;
+    std::vector<uint32_t> nodes(rows.begin() + static_cast<std::ptrdiff_t>(std::min(*from, *to)),
+                                rows.begin() + static_cast<std::ptrdiff_t>(std::max(*from, *to)) + 1);
+    if (*to < *from) std::ranges::reverse(nodes);
+    if (isAdded) {
+        const std::set<uint32_t> added(nodes.begin(), nodes.end());
+        std::vector<uint32_t> kept;
+        std::ranges::copy_if(selectedNodes, std::back_inserter(kept),
+                             [&](uint32_t other) { return !added.contains(other); });
+        nodes.insert(nodes.begin(), kept.begin(), kept.end());
+    }
+    SelectAll(std::move(nodes));
+    m_rangeStart = begin;
+}
+
+void Workspace::FilterHierarchy(std::string part) {
+    m_hierarchyFilter = std::move(part);
+    if (m_hierarchyFilter.empty()) return hierarchy.EndFilter();
+    std::vector<bool> isMatch(document.Scene().nodes.size(), false);
+    for (const uint32_t node : document.Scene().nodeOrder)
+        isMatch[node] = HasPart(document.NameOf(node), m_hierarchyFilter);
+    hierarchy.SetFilter(isMatch);
 }
 
 std::optional<uint32_t> Workspace::FirstCamera() const {
@@ -507,14 +565,22 @@ void Workspace::Animate(double seconds) {
     if (m_chosenCamera && m_chosenCamera->view == camera.View()) UseCamera(m_chosenCamera->camera);
 }
 
+scene::Bounds Workspace::SelectionBounds() const {
+    scene::Bounds bounds;
+    for (const uint32_t node : document.Tops(selectedNodes)) {
+        const scene::Bounds own = document.BoundsOf(node);
+        if (own.IsEmpty())
+            bounds.Extend(document.WorldTransform(node)[3]);  // a light, for example
+        else
+            bounds.Extend(own);
+    }
+    return bounds;
+}
+
 void Workspace::FrameSelection() {
     const scene::Bounds& all = document.Scene().bounds;
     if (!selectedNode) return camera.Frame(all);
-    scene::Bounds bounds;
-    for (const uint32_t node : selectedNodes) {
-        bounds.Extend(document.BoundsOf(node));
-        if (bounds.IsEmpty()) bounds.Extend(document.WorldTransform(node)[3]);  // a light, for example
-    }
+    scene::Bounds bounds = SelectionBounds();
     if (bounds.min == bounds.max) {
         const glm::vec3 around(all.IsEmpty() ? 1.0f : std::max(0.1f * all.Radius(), 1e-3f));
         bounds = {bounds.min - around, bounds.max + around};

@@ -7,6 +7,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -110,11 +111,24 @@ class Workspace {
     // Selects a node, with the material that was picked, if one was.
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
     void SelectAll(std::vector<uint32_t> nodes);  // the last one is the active one
+    // Adds a node to the selection as the active one, or takes it out.
+    void ToggleSelected(uint32_t node);
+    // Selects the rows of the hierarchy from the last node that was selected otherwise to this one, which
+    // becomes the active one; `isAdded`: and keeps what was selected.
+    void SelectRange(uint32_t node, bool isAdded);
+    bool IsSelected(uint32_t node) const;
+    // Lists only the nodes whose names have this part, with their ancestors; "": all.
+    void FilterHierarchy(std::string part);
+    const std::string& HierarchyFilter() const { return m_hierarchyFilter; }
+    // Returns the world-space bounds of the selection: its instances, and the places of nodes without any.
+    scene::Bounds SelectionBounds() const;
     // Frames the selection, or the whole scene.
     void FrameSelection();
     // Applies an edit. If the scene refuses it, nothing changes, and message and log say why.
-    void Apply(const Edit& edit);
-    void ToggleVisibility();  // shows or hides the selection
+    void Apply(const Edit& edit) { Apply({&edit, 1}); }
+    void Apply(std::span<const Edit> edits);  // as one step of the history
+    // Hides the selection, or shows it if the active node is hidden.
+    void ToggleVisibility();
     // Edits of the hierarchy, with their messages; the selection follows. Copies are selected, and of what
     // was deleted the parent.
     void DuplicateSelection();
@@ -171,6 +185,8 @@ class Workspace {
     std::optional<Action> actionToBind;  // the next key is given to it
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // to be scrolled to in the hierarchy
+    bool isHierarchyFocused = false;       // the last click was in its panel, which takes its keys
+    std::optional<uint32_t> pressedRow;    // one of several selected nodes; selected alone on release
     std::optional<NameDraft> nameDraft;
     std::optional<uint32_t> selectedNode;      // the active one of the selected nodes
     std::vector<uint32_t> selectedNodes;       // all of them
@@ -229,6 +245,8 @@ class Workspace {
     uint32_t m_realTimeFramesBefore = 0;              // before it began to measure
     std::optional<viewport::RealTimeErrorsRequest> m_realTimeRequest;
     double m_realTimeRequestTime = 0.0;
+    std::optional<uint32_t> m_rangeStart;  // where SelectRange begins
+    std::string m_hierarchyFilter;
     std::string m_refusedEdit;  // why the last edit was refused; "": it was not
     std::string m_refusedPose;  // why the last pose was refused; "": it was not
     struct ChosenCamera {

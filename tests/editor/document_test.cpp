@@ -532,6 +532,18 @@ TEST(Hierarchy, ShowsWhatIsOpen) {
     EXPECT_EQ(RowsOf(hierarchy), "0 -2 --4 -3 1 ");
 }
 
+TEST(Hierarchy, FilterListsMatchesWithTheirAncestors) {
+    Hierarchy hierarchy({{2, 3}, {}, {4}, {}, {}}, {0, 1});
+    hierarchy.SetFilter({false, false, false, false, true});
+    EXPECT_EQ(RowsOf(hierarchy), "0 -2 --4 ");
+    EXPECT_FALSE(hierarchy.HasRowsBelow(4));
+    EXPECT_EQ(hierarchy.Reveal(3), 3u) << "it is not listed";
+    hierarchy.EndFilter();
+    EXPECT_EQ(RowsOf(hierarchy), "0 -2 -3 1 ") << "what was open before, and what was to be revealed";
+    hierarchy.SetFilter(std::vector<bool>(5));
+    EXPECT_EQ(RowsOf(hierarchy), "");
+}
+
 TEST(Hierarchy, OneRootIsOpenAndADeepChainNeedsNoStack) {
     std::vector<std::vector<uint32_t>> chain(200'000);
     for (uint32_t i = 0; i + 1 < chain.size(); ++i) chain[i] = {i + 1};

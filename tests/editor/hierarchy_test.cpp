@@ -191,17 +191,76 @@ TEST_F(EditorTest, WhatIsAddedIsSavedAndUndone) {
     EXPECT_EQ(TextOf(undone), TextOf(before));
 }
 
-// Rows of the panel are 20 pixels high; the first one is at 61.
+// Rows of the panel are 20 pixels high; the first one is at 92, the field of the search at 65.
 TEST_F(EditorTest, KeysAndDragsEditTheHierarchy) {
     Play(OpenCornell() +
          "select tall block\nkey ctrl+d\nexpect selected tall block.001\nexpect nodes 5\n"
          "key f2\ntext copy\nkey enter\nexpect selected copy\nexpect edits 2\n"
-         "mouse 60 121\ndrag left 10 -40\nexpect message 'copy' is below 'short block'\n"
-         "mouse 60 81\ndrag left 10 20\nexpect message 'short block' cannot be put below 'copy'\n"
-         "mouse 60 101\ndrag left 0 200\nexpect message 'copy' is a root\nexpect edits 4\n"
+         "mouse 60 152\ndrag left 10 -40\nexpect message 'copy' is below 'short block'\n"
+         "mouse 60 112\ndrag left 10 20\nexpect message 'short block' cannot be put below 'copy'\n"
+         "mouse 60 132\ndrag left 0 200\nexpect message 'copy' is a root\nexpect edits 4\n"
          "select short block\nkey delete\nexpect message deleted 1 node\nexpect selected nothing\n"
          "expect nodes 4\nkey ctrl+z\nexpect selected short block\nkey ctrl+z\nkey ctrl+z\nkey ctrl+z\n"
          "key ctrl+z\nexpect edits 0\nexpect nodes 4\nexpect selected short block\n");
+}
+
+TEST_F(EditorTest, ClicksAndKeysSelectRows) {
+    Play(OpenCornell() +
+         "mouse 60 112\nclick left\nexpect selected short block\n"
+         "mouse 60 152\nclick ctrl+left\nexpect selected short block, camera\n"
+         "mouse 60 92\nclick shift+left\nexpect selected camera, tall block, short block, room\n"
+         "mouse 60 132\nclick ctrl+left\nexpect selected camera, short block, room\n"
+         "mouse 60 112\npress left\nexpect selected camera, short block, room\n"
+         "release left\nexpect selected short block\n"
+         "key down\nexpect selected tall block\nkey shift+up\nkey shift+up\n"
+         "expect selected tall block, short block, room\nkey end\nexpect selected camera\n"
+         "key down\nexpect selected camera\nkey home\nexpect selected room\nkey up\nexpect selected room\n"
+         // Several are dragged at once
+         "mouse 60 132\nclick ctrl+left\nmouse 60 92\ndrag left 10 20\n"
+         "expect message 2 nodes are below 'short block'\nexpect edits 1\nexpect selected room, tall "
+         "block\nframes 1\n");
+    Workspace& work = editor.Work();
+    const auto rows = [&] { return work.hierarchy.Rows().size(); };
+    EXPECT_EQ(rows(), 4u);
+    Play("size 640x400\nkey left\nexpect selected short block\nkey left\n");
+    EXPECT_EQ(rows(), 2u) << "it is closed";
+    Play("size 640x400\nkey right\nkey right\nexpect selected room\n");
+    EXPECT_EQ(rows(), 4u);
+    const glm::dvec3 eye = work.camera.View().eye;
+    Play("size 640x400\nmouse 60 132\nclick left\nclick left\nexpect selected tall block\n");
+    EXPECT_NE(work.camera.View().eye, eye) << "a double click frames";
+    Play("size 640x400\nmouse 320 200\nclick left\nwait\nkey home\n");
+    EXPECT_EQ(work.camera.View().eye, eye) << "without the focus, Home is the camera's";
+}
+
+TEST_F(EditorTest, SearchListsMatchesAndTakesTheKeys) {
+    Play(OpenCornell() + "select tall block\nmouse 60 65\nclick left\ntext BLOCK\nkey down\nkey delete\n" +
+         "expect selected tall block\nexpect edits 0\n");
+    const Hierarchy& hierarchy = editor.Work().hierarchy;
+    EXPECT_EQ(hierarchy.Rows().size(), 2u);
+    Play("size 640x400\nmouse 60 92\nclick left\nkey f2\ntext stone\nkey enter\nexpect edits 1\n");
+    EXPECT_EQ(hierarchy.Rows().size(), 1u) << "the name is another one";
+    Play("size 640x400\nkey escape\nexpect selected stone\n");
+    EXPECT_EQ(hierarchy.Rows().size(), 4u);
+    Play("size 640x400\nmouse 60 65\nclick left\ntext camera\nkey escape\nframes 1\n");
+    EXPECT_EQ(hierarchy.Rows().size(), 4u) << "in the field, too";
+    EXPECT_EQ(editor.Work().HierarchyFilter(), "");
+}
+
+TEST_F(EditorTest, EyesHideTheirRowAndTheKeyHidesTheSelection) {
+    Play(OpenCornell() + "select short block, tall block\nmouse 145 92\nclick left\nexpect edits 1\n" +
+         "expect selected short block, tall block\n");
+    const auto visible = [&] {
+        std::string names;
+        for (const uint32_t node : editor.Work().document.Scene().nodeOrder)
+            if (editor.Work().document.IsVisible(node)) names += editor.Work().document.NameOf(node) + ' ';
+        return names;
+    };
+    EXPECT_EQ(visible(), "short block tall block camera ");
+    Play("size 640x400\nkey H\nexpect edits 2\n");
+    EXPECT_EQ(visible(), "camera ");
+    Play("size 640x400\nmouse 145 92\nclick left\nkey ctrl+z\nkey ctrl+z\n");
+    EXPECT_EQ(visible(), "short block tall block camera ");
 }
 
 }  // namespace raygraph::editor::hierarchy_test

@@ -1,4 +1,4 @@
-// Draws the panels about the scene's content: hierarchy and inspector.
+// Draws the inspector: what the active node is made of, and its fields.
 #include <imgui.h>
 #include <imgui_internal.h>
 
@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "base/text.h"
-#include "editor/app/hierarchy.h"
 #include "editor/app/inspector_fields.h"
 #include "editor/app/panels.h"
 #include "renderer/scene/model/scene_fields.h"
@@ -23,104 +22,9 @@ namespace {
 constexpr ImGuiSliderFlags kBounded = ImGuiSliderFlags_AlwaysClamp;
 constexpr float kTooltipSeconds = 0.6f;
 
-// Draws a field in place of the row. Enter or a click elsewhere gives the node that name, Escape none.
-void NameField(Workspace& work) {
-    NameDraft& draft = *work.nameDraft;
-    if (std::exchange(draft.isNew, false)) ImGui::SetKeyboardFocusHere();
-    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {ImGui::GetStyle().FramePadding.x, 0.0f});
-    ImGui::SetNextItemWidth(-1.0f);
-    ImGui::InputText("##name", draft.text.data(), draft.text.size(), ImGuiInputTextFlags_AutoSelectAll);
-    ImGui::PopStyleVar();
-    if (!ImGui::IsItemDeactivated()) return;
-    const NameDraft taken = *std::exchange(work.nameDraft, std::nullopt);
-    if (taken.text != taken.initial) work.Rename(taken.node, taken.text.data());
-}
-
-void NodeMenu(Workspace& work, uint32_t node) {
-    if (!ImGui::BeginPopupContextItem()) return;
-    if (std::ranges::count(work.selectedNodes, node) == 0) work.Select(node);
-    const auto item = [&](Action action) {
-        return ImGui::MenuItem(Row(action).label, work.keys.TextOf(action).c_str());
-    };
-    if (item(Action::Frame)) work.FrameSelection();
-    if (item(Action::Hide)) work.ToggleVisibility();
-    ImGui::Separator();
-    if (item(Action::Rename)) work.StartRename();
-    if (item(Action::Duplicate)) work.DuplicateSelection();
-    if (work.document.Scene().nodes[node].parent != scene::kNone && ImGui::MenuItem("Make a root"))
-        work.Reparent(node, std::nullopt);
-    if (item(Action::Delete)) work.DeleteSelection();
-    ImGui::EndPopup();
-}
-
-constexpr const char* kNodePayload = "node";
-
-// Moves a row that is dropped on the last item below `parent`; nullopt: to the top of the hierarchy.
-void DropTarget(Workspace& work, std::optional<uint32_t> parent) {
-    if (!ImGui::BeginDragDropTarget()) return;
-    if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kNodePayload))
-        work.Reparent(*static_cast<const uint32_t*>(payload->Data), parent);
-    ImGui::EndDragDropTarget();
-}
-
-void NodeRow(Workspace& work, const Hierarchy::Row& row) {
-    const uint32_t node = row.node;
-    ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth |
-                               ImGuiTreeNodeFlags_NoTreePushOnOpen;
-    const bool isSelected = std::ranges::count(work.selectedNodes, node) > 0;
-    if (work.hierarchy.Children(node).empty()) flags |= ImGuiTreeNodeFlags_Leaf;
-    if (isSelected) flags |= ImGuiTreeNodeFlags_Selected;
-    const float indent = 14.0f * static_cast<float>(std::min(row.depth, 40u)) + 0.01f;
-    ImGui::Indent(indent);
-    if (work.nameDraft && work.nameDraft->node == node) {
-        NameField(work);
-        ImGui::Unindent(indent);
-        return;
-    }
-    ImGui::SetNextItemOpen(work.hierarchy.IsOpen(node));
-    const bool isHidden = !work.document.IsVisible(node);
-    if (isHidden) ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
-    const std::string name = work.document.NameOf(node);
-    const bool isOpen =
-        ImGui::TreeNodeEx(reinterpret_cast<void*>(uintptr_t{node} + 1), flags, "%s", name.c_str());
-    if (isHidden) ImGui::PopStyleColor();
-    if (ImGui::IsItemToggledOpen())
-        work.hierarchy.SetOpen(node, isOpen);
-    else if (ImGui::IsItemClicked() && !isSelected)
-        work.Select(node);
-    if (ImGui::BeginDragDropSource()) {
-        ImGui::SetDragDropPayload(kNodePayload, &node, sizeof(node));
-        ImGui::TextUnformatted(name.c_str());
-        ImGui::EndDragDropSource();
-    }
-    DropTarget(work, node);
-    NodeMenu(work, node);
-    ImGui::Unindent(indent);
-}
-
 // Ends a step of the history when the user releases the item.
 void EndStepAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
-}
-
-// Chooses which variant is shown, if the scene has some.
-void VariantField(Workspace& work) {
-    const scene::SceneData& scene = work.document.Scene();
-    if (scene.variants.empty()) return;
-    const auto label = [&](uint32_t variant) {
-        if (variant == scene::kNone) return std::string("no variant");
-        return scene.variants[variant].empty() ? Text("variant {}", variant) : scene.variants[variant];
-    };
-    ImGui::SetNextItemWidth(-1.0f);
-    if (!ImGui::BeginCombo("##variant", label(scene.variant).c_str())) return;
-    const auto choice = [&](uint32_t variant) {
-        ImGui::PushID(static_cast<int>(variant));  // names may be equal
-        if (ImGui::Selectable(label(variant).c_str(), variant == scene.variant)) work.ShowVariant(variant);
-        ImGui::PopID();
-    };
-    choice(scene::kNone);
-    for (uint32_t variant = 0; variant < scene.variants.size(); ++variant) choice(variant);
-    ImGui::EndCombo();
 }
 
 void VisibilityField(Workspace& work, uint32_t node) {
@@ -372,36 +276,6 @@ bool ColorFields(const char* label, glm::vec3& linear) {
     return isEdited;
 }
 
-void HierarchyPanel(Workspace& work) {
-    if (work.document.File().empty()) {
-        ImGui::TextDisabled("No scene is open.");
-        ImGui::TextWrapped("Drop a .gltf or .glb file here, or use File > Open.");
-        return;
-    }
-    VariantField(work);
-    ImGui::BeginChild("nodes");
-    if (work.nodeToReveal) {
-        const size_t row = work.hierarchy.Reveal(*std::exchange(work.nodeToReveal, std::nullopt));
-        const float height = ImGui::GetTextLineHeightWithSpacing(), place = static_cast<float>(row) * height;
-        const float shown = ImGui::GetWindowHeight();
-        if (place < ImGui::GetScrollY() || place + height > ImGui::GetScrollY() + shown)
-            ImGui::SetScrollY(std::max(place - 0.5f * shown, 0.0f));
-    }
-    // Opening a row changes the list from the next frame on
-    const std::vector<Hierarchy::Row>& rows = work.hierarchy.Rows();
-    ImGuiListClipper clipper;
-    clipper.Begin(static_cast<int>(rows.size()), ImGui::GetTextLineHeightWithSpacing());
-    while (clipper.Step())
-        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
-            NodeRow(work, rows[static_cast<size_t>(i)]);
-    // The place below the rows stands for the top of the hierarchy
-    const ImVec2 rest = ImGui::GetContentRegionAvail();
-    ImGui::InvisibleButton("top",
-                           {std::max(rest.x, 1.0f), std::max(rest.y, 1.5f * ImGui::GetTextLineHeight())});
-    DropTarget(work, std::nullopt);
-    ImGui::EndChild();
-}
-
 void InspectorPanel(Workspace& work) {
     if (!work.selectedNode) {
         ImGui::TextDisabled("Nothing is selected.");
@@ -410,6 +284,8 @@ void InspectorPanel(Workspace& work) {
     const uint32_t node = *work.selectedNode;
     const scene::SceneData& scene = work.document.Scene();
     ImGui::TextUnformatted(work.document.NameOf(node).c_str());
+    if (work.selectedNodes.size() > 1)
+        ImGui::TextDisabled("the last of %zu selected nodes", work.selectedNodes.size());
     VisibilityField(work, node);
     ImGui::PushItemWidth(-std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x));
     if (work.document.IsPlacedBySkin(node))
