@@ -64,23 +64,26 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
     if (tool != GizmoTool::Rotate) DrawTip(list, tool, places.front(), places.back(), color);
 }
 
+// Returns the node that gives the handles their axes: the active one, unless joints place it.
+std::optional<uint32_t> FrameNode(const Workspace& work) {
+    for (auto node = work.selectedNodes.rbegin(); node != work.selectedNodes.rend(); ++node)
+        if (!work.document.IsPlacedBySkin(*node)) return *node;
+    return std::nullopt;
+}
+
 }  // namespace
 
 // Returns the frame of the selection; nothing if joints place it, or if two views are side by side.
 std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
-    if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
-    const uint32_t node = *work.selectedNode;
-    if (work.document.IsPlacedBySkin(node)) return std::nullopt;
-    const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
+    const std::optional<uint32_t> node = FrameNode(work);
+    if (!node || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
+    const glm::mat4x3& nodeToWorld = work.document.WorldTransform(*node);
     std::optional<glm::vec3> pivot;
-    if (m_drag && m_drag->node == node) {
-        pivot = nodeToWorld *
-                glm::vec4(m_drag->pivot,
-                          1.0f);  // a rotation may move the middle of the bounds, so the drag keeps its pivot
-    } else if (work.pivot == GizmoPivot::Middle) {
-        const scene::Bounds bounds = work.document.BoundsOf(node);
-        if (!bounds.IsEmpty()) pivot = bounds.Center();
-    }
+    if (m_drag && m_drag->selection == work.selectedNodes)
+        // A rotation may move the middle of the bounds, so the drag keeps its pivot
+        pivot = nodeToWorld * glm::vec4(m_drag->pivot, 1.0f);
+    else if (work.pivot == GizmoPivot::Middle)
+        pivot = work.SelectionBounds().Center();
     return FrameOf(nodeToWorld, work.tool, work.toolSpace, map, pivot);
 }
 
@@ -94,7 +97,7 @@ bool GizmoView::Cancel(Workspace& work) {
 void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse, glm::vec2 size,
                        bool mayTake) {
     m_over.reset();
-    if (m_drag && (work.selectedNode != m_drag->node || !input.IsDown(MouseButton::Left))) {
+    if (m_drag && (work.selectedNodes != m_drag->selection || !input.IsDown(MouseButton::Left))) {
         work.document.Settle();
         m_drag.reset();
     }
@@ -103,11 +106,16 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     if (m_drag) {
         m_over = m_drag->drag.Handle();
         const glm::mat4 change = m_drag->drag.Change(map.RayAt(mouse), input.isControl);
-        std::optional<glm::mat4x3> local = ApplyToLocal(change, m_drag->parentToWorld, m_drag->local);
-        if (!local) return;
-        local = WithoutRounding(m_drag->tool, m_drag->isAboutOrigin, m_drag->local, *local);
-        if (*local != work.document.LocalTransform(m_drag->node))
-            work.Apply(TransformEdit{m_drag->node, *local});
+        std::vector<Edit> edits;
+        bool isEdit = false;
+        for (const Dragged& dragged : m_drag->nodes) {
+            std::optional<glm::mat4x3> local = ApplyToLocal(change, dragged.parentToWorld, dragged.local);
+            if (!local) return;
+            local = WithoutRounding(m_drag->tool, dragged.isAboutOrigin, dragged.local, *local);
+            isEdit |= *local != work.document.LocalTransform(dragged.node);
+            edits.push_back(TransformEdit{dragged.node, *local});
+        }
+        if (isEdit) work.Apply(edits);
         return;
     }
     if (!mayTake) return;
@@ -115,20 +123,24 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     if (!frame) return;
     m_over = HandleAt(ShapesOf(*frame, work.tool, map), mouse, kReach);
     if (!m_over || !input.IsDown(MouseButton::Left)) return;
-    const uint32_t node = *work.selectedNode;
     const std::optional<scene::PlacedTransform> solid =
-        scene::WithThickness({work.document.WorldTransform(node)}, {});
+        scene::WithThickness({work.document.WorldTransform(*FrameNode(work))}, {});
     if (!solid) return;
     const glm::mat4 nodeToWorld(solid->matrix);
     work.document.Settle();
     m_drag = Held{.drag = GizmoDrag(work.tool, *m_over, *frame, map, map.RayAt(mouse)),
-                  .node = node,
-                  .parentToWorld = work.document.ParentTransform(node),
-                  .local = work.document.LocalTransform(node),
+                  .selection = work.selectedNodes,
+                  .nodes = {},
                   .pivot = glm::vec3(glm::inverse(nodeToWorld) * glm::vec4(frame->origin, 1.0f)),
                   .tool = work.tool,
-                  .isAboutOrigin = frame->origin == glm::vec3(nodeToWorld[3]),
                   .editsBefore = work.document.EditCount()};
+    for (const uint32_t node : work.document.Tops(work.selectedNodes))
+        if (!work.document.IsPlacedBySkin(node))
+            m_drag->nodes.push_back(
+                {.node = node,
+                 .parentToWorld = work.document.ParentTransform(node),
+                 .local = work.document.LocalTransform(node),
+                 .isAboutOrigin = frame->origin == work.document.WorldTransform(node)[3]});
 }
 
 void GizmoView::Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const {

@@ -1,10 +1,11 @@
-// Shows the gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of
-// the history.
+// Shows the gizmo in the picture: draws the handles of the selection, and drags them. All selected nodes move
+// about one pivot, each once: not again with one above it. A drag is one step of the history.
 #pragma once
 
 #include <imgui.h>
 
 #include <optional>
+#include <vector>
 
 #include "editor/app/gizmo.h"
 #include "editor/app/input.h"
@@ -20,17 +21,21 @@ class GizmoView {
     // Draws into the current ImGui window; `corner` is the picture's.
     void Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const;
     bool IsHeld() const { return m_drag.has_value(); }
-    // Cancels the drag and restores the node. Returns false if nothing is being dragged.
+    // Cancels the drag and restores the nodes. Returns false if nothing is being dragged.
     bool Cancel(Workspace& work);
 
   private:
-    struct Held {
-        GizmoDrag drag;
+    struct Dragged {
         uint32_t node;
         glm::mat4x3 parentToWorld, local;  // at the start of the drag
-        glm::vec3 pivot;                   // in the node's space
+        bool isAboutOrigin;                // the pivot is the node's origin
+    };
+    struct Held {
+        GizmoDrag drag;
+        std::vector<uint32_t> selection;
+        std::vector<Dragged> nodes;
+        glm::vec3 pivot;  // in the space of the node that gives the frame
         GizmoTool tool;
-        bool isAboutOrigin;  // the pivot is the node's origin
         size_t editsBefore;
     };
     std::optional<GizmoFrame> FrameOfSelection(const Workspace& work, const PictureMap& map) const;

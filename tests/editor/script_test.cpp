@@ -107,6 +107,41 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     EXPECT_FALSE(work.selectedNode);
 }
 
+TEST_F(ScriptTest, GizmoMovesAndTurnsAllThatIsSelectedOnceInOneStep) {
+    Play(OpenCornell() + "select tall block\nkey P\n");
+    Workspace& work = editor.Work();
+    const Document& document = work.document;
+    const std::vector<uint32_t> all = document.Scene().nodeOrder;
+    const uint32_t room = all[0], block = all[1], below = all[2];
+    work.Reparent(below, block);
+    const auto place = [&](uint32_t node) { return glm::mat4(document.WorldTransform(node)); };
+    const std::vector<glm::mat4> before{place(room), place(block), place(below)};
+    const PictureMap map(work.camera.View(), {work.view.Size().width, work.view.Size().height});
+    const auto drag = [&](GizmoTool tool, const glm::vec3& at, const char* way) {
+        const GizmoFrame frame = *FrameOf(document.WorldTransform(below), tool, GizmoSpace::World, map);
+        const glm::vec2 there =
+            *map.PlaceOf(frame.origin + frame.size * at) + glm::vec2(editor.PictureOrigin());
+        return "size 640x400\nselect room, short block, tall block\nmouse " + std::to_string(there.x) + " " +
+               std::to_string(there.y) + "\ndrag left " + way + "\nexpect edits 2\n";
+    };
+    Play(drag(GizmoTool::Move, {0, 0.8f, 0}, "3 -40"));
+    const glm::mat4 moved = place(room) * glm::inverse(before[0]);
+    EXPECT_GT(moved[3].y, 0.0f);
+    const auto expectAlike = [&](const glm::mat4& change) {
+        for (const auto& [node, old] : {std::pair(block, before[1]), std::pair(below, before[2])})
+            for (int column = 0; column < 4; ++column)
+                EXPECT_LT(glm::length(place(node)[column] - (change * old)[column]), 1e-5f) << node;
+    };
+    expectAlike(moved);
+    Play("size 640x400\nkey ctrl+z\nexpect edits 1\n");
+    EXPECT_EQ(place(room), before[0]);
+    EXPECT_EQ(place(below), before[2]);
+    Play("size 640x400\nkey E\n" + drag(GizmoTool::Rotate, 1.15f * map.View().up, "40 10"));
+    const glm::mat4 turned = place(room) * glm::inverse(before[0]);
+    EXPECT_LT(turned[0][0], 0.999f);
+    expectAlike(turned);
+}
+
 TEST_F(ScriptTest, SavedPictureHasNoOutline) {
     const std::string plain = (folder.Path() / "plain.png").string();
     const std::string selected = (folder.Path() / "selected.png").string();
@@ -629,6 +664,8 @@ TEST(ScriptCommands, AreReadWithTheirNumbersAndTexts) {
     const HoldButton drag = Only<HoldButton>("drag middle 3 -4");
     EXPECT_TRUE(drag.button == MouseButton::Middle && drag.isDown && drag.isUp && drag.isDragged);
     EXPECT_EQ(drag.way, glm::vec2(3.0f, -4.0f));
+    const HoldButton click = Only<HoldButton>("click ctrl+shift+right");
+    EXPECT_TRUE(click.button == MouseButton::Right && click.isControl && click.isShift);
     EXPECT_FALSE(Only<HoldButton>("press left").isUp);
     EXPECT_FALSE(Only<HoldButton>("release left").isDown);
     EXPECT_EQ(Only<Expectation>("expect view side by side").view, viewport::View::SideBySide);
