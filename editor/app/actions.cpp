@@ -54,6 +54,8 @@ constexpr ActionRow kActions[] = {
     {Action::Bottom, "bottom", Menu::CameraMenu, "Bottom", {KeyPress{Key::Digit7, true}}, "look from below"},
     {Action::Orthographic, "orthographic", Menu::CameraMenu, "Orthographic", {KeyPress{Key::Digit5}},
      "orthographic or perspective", true},
+    {Action::PickFocus, "pick-focus", Menu::CameraMenu, "Focus on...", {KeyPress{Key::F, false, true}},
+     "focus the lens on what is clicked next"},
     {Action::CopyCamera, "copy-camera", Menu::CameraMenu, "Copy as --camera", {KeyPress{Key::C, true, true}},
      "copy the view as --camera of the command line", true},
     {Action::CopyCommand, "copy-command", Menu::CameraMenu, "Copy as command",

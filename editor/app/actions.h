@@ -44,6 +44,7 @@ enum class Action : uint8_t {
     Top,
     Bottom,
     Orthographic,
+    PickFocus,
     CopyCamera,
     CopyCommand,
     Play,

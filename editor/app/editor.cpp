@@ -89,8 +89,9 @@ Editor::Editor(rhi::Device& device, EditorOptions options)
     : m_work(device, options.shaders, std::move(options.log), options.textureBudget) {}
 
 bool Editor::IsBusy() const {
-    return m_work.IsLoading() || m_isPicking || m_work.explained.IsPending() || !m_saving.empty() ||
-           !m_savingRenders.empty() || m_worker.IsBusy() || !m_pictureFile.empty() || !m_windowFile.empty();
+    return m_work.IsLoading() || m_isPicking || m_work.IsFocusPending() || m_work.explained.IsPending() ||
+           !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy() || !m_pictureFile.empty() ||
+           !m_windowFile.empty();
 }
 
 bool Editor::IsPreparing() const {
@@ -158,7 +159,7 @@ bool Editor::IsPlaybackPaused() const {
 
 bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
-    m_work.view.SetCamera(m_work.camera.View());
+    m_work.view.SetCamera(RenderedView(m_work), m_work.Lens());
     m_work.view.SetOutline({.width = std::min(kOutline * input.scale, 8.0f)});
     renderer.BeginFrame();
     const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
@@ -548,6 +549,8 @@ void Editor::Perform(Action action) {
             return m_work.camera.LookAlong({0.0f, 1.0f, 0.0f});
         case Action::Orthographic:
             return m_work.camera.ToggleOrthographic();
+        case Action::PickFocus:
+            return m_work.PickFocus(!m_work.IsPickingFocus());
         case Action::CopyCamera:
             return Copy(CameraOption(m_work));
         case Action::CopyCommand:
@@ -594,6 +597,8 @@ void Editor::Perform(Action action) {
         case Action::Cancel:
             if (m_work.panels.help)
                 m_work.panels.help = false;
+            else if (m_work.IsPickingFocus())
+                m_work.PickFocus(false);
             else if (!m_gizmo.Cancel(m_work))
                 m_work.Select(std::nullopt);
             return;
@@ -639,6 +644,10 @@ std::string Editor::WhyNot(Action action) const {
             return hasScene ? "" : "there is no scene to add to";
         case Action::CopyCommand:
             return hasScene ? "" : "there is no scene to render";
+        case Action::PickFocus:
+            return m_work.camera.View().projection == scene::Projection::Perspective
+                       ? ""
+                       : "an orthographic camera has no lens";
         case Action::Undo:
             return m_work.document.CanUndo() ? "" : "there is nothing to undo";
         case Action::Redo:
@@ -719,7 +728,8 @@ void Editor::Fly(const FrameInput& input) {
 void Editor::Mouse(const FrameInput& input) {
     const glm::vec2 moved = (input.mouse - std::exchange(m_lastMouse, input.mouse)) / input.scale;
     const Extent2D size = m_work.view.Size();
-    const bool mayTake = m_isViewHovered && !m_drag && !input.IsDown(MouseButton::Right);
+    const bool mayTake =
+        m_isViewHovered && !m_drag && !m_work.IsPickingFocus() && !input.IsDown(MouseButton::Right);
     m_gizmo.Update(m_work, input, (input.mouse - glm::vec2(m_viewOrigin)) / input.scale,
                    glm::vec2(size.width, size.height) / input.scale, mayTake);
     if (m_gizmo.IsHeld()) return;
@@ -737,6 +747,8 @@ void Editor::Mouse(const FrameInput& input) {
         const glm::ivec2 pixel = glm::ivec2(m_pressedAt) - m_viewOrigin;
         if (m_drag == MouseButton::Left && !m_hasMoved && pixel.x >= 0 && pixel.y >= 0 &&
             pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
+            m_drag.reset();
+            if (m_work.IsPickingFocus()) return m_work.FocusOn(glm::uvec2(pixel));
             const PictureMap map(m_work.camera.View(), glm::vec2(size.width, size.height) / input.scale);
             if (const auto node = IconAt(IconsOf(m_work, map), glm::vec2(pixel) / input.scale)) {
                 m_work.Select(node);

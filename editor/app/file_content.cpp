@@ -44,7 +44,7 @@ session::PictureSettings SettingsOf(const viewport::CaptureResult& picture, cons
     settings.at = shown.at;
     if (shown.at) settings.clips = shown.clips;
     settings.pointsAndLines = source.pointsAndLines;
-    settings.camera = session::CameraText(picture.camera);
+    settings.camera = shown.camera;
     if (picture.lens.radius > 0.0f) {
         settings.aperture = picture.lens.radius;
         settings.focusDistance = picture.lens.focusDistance;

@@ -41,6 +41,7 @@ FileContent WithHash(FileContent content, const Log& log = {});
 // Names what a picture shows, in the terms of a render.
 struct ShownScene {
     session::SceneInput input;  // without the data
+    std::string camera;         // session::CameraText, of which the picture's view was read
     std::optional<double> at;   // time of the animations; none: the rest pose
     std::string clips;          // the clips in effect, see scene::FindClips
 };

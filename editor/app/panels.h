@@ -19,6 +19,10 @@ void InspectorPanel(Workspace& work);
 bool ColorFields(const char* label, glm::vec3& linear);
 // Edits view, exposure, tone mapping, environment, and path tracing.
 void SettingsPanel(Workspace& work);
+// Edits the camera's field of view and lens.
+void LensFields(Workspace& work);
+// Edits the white point.
+void WhitePointField(Workspace& work);
 // Controls clips, time and speed of the animations.
 void TimelinePanel(Workspace& work);
 // Shows samples, times of the passes, memory, acceleration structures.

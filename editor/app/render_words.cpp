@@ -23,8 +23,9 @@ std::string FullPath(const fs::path& file) {
 
 // Leaves out the settings that `render` refuses for its view, which have no effect on it.
 session::PictureSettings WithoutUnused(session::PictureSettings settings) {
-    if (settings.view == passes::View::PathTraced) return settings;
     const session::PictureSettings defaults;
+    if (settings.view != passes::View::Raster) settings.raster.shadows = defaults.raster.shadows;
+    if (settings.view == passes::View::PathTraced) return settings;
     settings.paths.isEnvironmentHidden = false;
     if (!passes::CountsPaths(settings.view)) {
         viewport::PathSettings paths{.sampler = settings.paths.sampler, .seed = settings.paths.seed};
@@ -33,7 +34,6 @@ session::PictureSettings WithoutUnused(session::PictureSettings settings) {
         settings.aperture = defaults.aperture;
         settings.focusDistance = defaults.focusDistance;
     }
-    if (settings.view != passes::View::Raster) settings.raster.shadows = defaults.raster.shadows;
     if (!passes::ShowsLight(settings.view) && !passes::CountsPaths(settings.view)) {
         settings.environmentRotation = defaults.environmentRotation;
         settings.environmentTint = defaults.environmentTint;
@@ -60,11 +60,23 @@ std::string ShellWord(const std::string& word) {
 
 }  // namespace
 
+scene::CameraView RenderedView(const Workspace& work) {
+    const scene::CameraView& view = work.camera.View();
+    try {
+        scene::CameraView read = scene::ViewFromText(session::CameraText(view), view.aspect);
+        read.zNear = view.zNear;
+        read.zFar = view.zFar;
+        return read;
+    } catch (const Error&) {
+        return view;  // it is so far away that its text has no direction
+    }
+}
+
 session::PictureSettings ShownSettings(const Workspace& work) {
     const viewport::ShowSettings& show = work.view.Show();
     const viewport::CaptureResult shown{.extent = work.view.Size(),
                                         .isRaster = show.view == viewport::View::Raster,
-                                        .camera = work.camera.View(),
+                                        .lens = work.Lens(),
                                         .paths = work.view.Paths(),
                                         .raster = work.view.Raster(),
                                         .environment = work.gpu.ShownEnvironment()};
@@ -97,6 +109,7 @@ std::vector<std::string> RenderWords(const Workspace& work, const session::Pictu
     const passes::TonemapSettings& tonemap = work.view.Show().tonemap;
     const passes::TonemapSettings plain;
     if (tonemap.exposureEv != plain.exposureEv) add("exposure", session::ToText(tonemap.exposureEv));
+    if (work.WhitePoint() != Settings().whitePoint) add("white-point", std::to_string(work.WhitePoint()));
     if (tonemap.tonemapOperator != plain.tonemapOperator)
         add("tonemap",
             tonemap.tonemapOperator == TonemapOperator::Linear ? "raw" : Name(tonemap.tonemapOperator));

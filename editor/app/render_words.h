@@ -10,6 +10,10 @@
 
 namespace raygraph::editor {
 
+// Returns the shown view as `render` reads it from the words, which differs by rounding: a picture of it has
+// the bits of the render.
+scene::CameraView RenderedView(const Workspace& work);
+
 // Returns the settings of a render of the shown view in the size of its picture: the raster view and surfaces
 // as they are, every other view as the path-traced picture.
 session::PictureSettings ShownSettings(const Workspace& work);

@@ -37,6 +37,29 @@ bool HasSamples(const viewport::Viewport& view, uint32_t wanted) {
              (progress.rasterSamples >= wanted || progress.rasterSamples == progress.rasterSamplesWanted)));
 }
 
+// Sets a number that says how the picture looks.
+void Look(const SetLook& command, Workspace& work) {
+    using Of = SetLook::Of;
+    scene::CameraView camera = work.camera.View();
+    viewport::ShowSettings show = work.view.Show();
+    switch (command.of) {
+        case Of::FieldOfView:
+            camera.yFov = glm::radians(command.value);
+            return work.camera.Set(camera, work.camera.Distance());
+        case Of::Aperture:
+            work.aperture = command.value;
+            return;
+        case Of::Focus:
+            work.focus = command.value;
+            return;
+        case Of::Exposure:
+            show.tonemap.exposureEv = command.value;
+            return work.view.SetShow(show);
+        case Of::WhitePoint:
+            return work.SetWhitePoint(static_cast<int>(command.value));
+    }
+}
+
 }  // namespace
 
 Script::Script(const std::filesystem::path& file)
@@ -191,6 +214,10 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        until("saved", [&] { return !editor.IsBusy(); });
                        // The existence of the file is no proof: it may be an old one
                        if (editor.SavedCount() == before) Fail(line, editor.Work().message);
+                   },
+                   [&](const SetLook& command) {
+                       Look(command, editor.Work());
+                       frame();
                    },
                    [&](const SetBudget& command) { editor.Work().frameMs = command.frameMs; },
                    [&](const UseConfigFolder& command) {
@@ -409,6 +436,11 @@ class LineReader {
         if (verb == "wait") return WaitUntilDone{};
         if (verb == "samples") return WaitForSamples{Count(Word(1))};
         if (verb == "window" || verb == "picture") return SaveShown{Rest(1), verb == "window"};
+        if (verb == "fov") return SetLook{SetLook::Of::FieldOfView, Number(Word(1), 1.0f, 170.0f)};
+        if (verb == "aperture") return SetLook{SetLook::Of::Aperture, Number(Word(1), 0.0f, 1e6f)};
+        if (verb == "focus") return SetLook{SetLook::Of::Focus, Number(Word(1), 0.0f, 1e9f)};
+        if (verb == "exposure") return SetLook{SetLook::Of::Exposure, Ranged(kExposureRange)};
+        if (verb == "white-point") return SetLook{SetLook::Of::WhitePoint, Ranged(kWhitePointRange)};
         if (verb == "budget") return SetBudget{Number(Word(1), 0.0f, 1e6f)};
         if (verb == "config") return UseConfigFolder{Rest(1)};
         if (verb == "scene") return SaveSceneFile{Rest(1)};
@@ -456,6 +488,7 @@ class LineReader {
         if (i >= m_words.size()) Reject("a word is missing");
         return m_words[i];
     }
+    float Ranged(const Range& range) const { return Number(Word(1), range.min, range.max); }
     // Reads a channel of a color.
     float Share(size_t i) const { return Number(Word(i), 0.0f, 1.0f); }
 

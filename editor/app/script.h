@@ -11,6 +11,9 @@
 //   frames 10              lets time pass            wait              until loads, picks and files are done
 //   samples 64             until the view has all   material base 1 0 0   of what is selected
 //   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
+//   fov 40                 degrees                  aperture 0.05     radius of the lens, meters
+//   focus 3                meters                   exposure 1        stops
+//   white-point 3200       kelvin
 //   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
@@ -90,6 +93,11 @@ struct SaveShown {
     std::filesystem::path file;
     bool isWindow;  // true: the window; false: the picture
 };
+struct SetLook {
+    enum class Of : uint8_t { FieldOfView, Aperture, Focus, Exposure, WhitePoint };
+    Of of;
+    float value;
+};
 struct SetBudget {
     double frameMs;
 };
@@ -149,7 +157,7 @@ using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
                  TypeText, SelectNodes, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
                  UseConfigFolder, SaveSceneFile, ShowView, CompareWith, SetDenoised, ShowVariant, PlayFor,
-                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, Expectation>;
+                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, SetLook, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

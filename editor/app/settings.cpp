@@ -47,6 +47,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         view.Choice("whileMoving", settings.whileMoving);
         view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
         view.Number("exposure", settings.show.tonemap.exposureEv, kExposureRange);
+        view.Number("whitePoint", settings.whitePoint, kWhitePointRange);
         view.Number("wipe", settings.show.wipePosition, kWipeRange);
         view.Number("maxError", settings.show.maxError, kErrorRange);
     });

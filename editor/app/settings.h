@@ -18,6 +18,7 @@ struct Range {
     float min, max;
 };
 inline constexpr Range kExposureRange{-8.0f, 8.0f};
+inline constexpr Range kWhitePointRange{float{passes::kMinWhitePoint}, float{passes::kMaxWhitePoint}};
 inline constexpr Range kWipeRange{0.0f, 1.0f};
 inline constexpr Range kErrorRange{0.01f, 2.0f};
 inline constexpr Range kPanelRange{0.0f, 4096.0f}, kInspectorRange{0.1f, 0.9f};
@@ -28,6 +29,7 @@ struct Settings {
     rhi::Extent2D window{1440, 900};     // points
     std::optional<viewport::View> view;  // none: the user has not chosen one
     viewport::ShowSettings show;         // stored: compared, isDenoised, wipe, exposure, operator, maxError
+    int whitePoint = static_cast<int>(passes::kDisplayWhitePoint);  // kelvin
     viewport::MotionView whileMoving = viewport::MotionView::Auto;
     KeyBindings keys;
     GizmoTool tool = GizmoTool::Move;

@@ -68,7 +68,10 @@ void SettingsPanel(Workspace& work) {
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
     if (show.view == viewport::View::PathTraced) {
+        const float end = ImGui::GetCursorPosX() + ImGui::CalcItemWidth();
         ImGui::Checkbox("denoise", &show.isDenoised);
+        ImGui::SameLine();
+        ImGui::SetNextItemWidth(std::max(end - ImGui::GetCursorPosX(), 1.0f));
         viewport::BudgetSettings budget = work.view.Budget();
         Choose("moving", budget.whileMoving);
         if (ImGui::IsItemHovered())
@@ -87,6 +90,10 @@ void SettingsPanel(Workspace& work) {
                        "%+.1f EV", ImGuiSliderFlags_AlwaysClamp);
     Choose("tone", show.tonemap.tonemapOperator);
     if (!(show == work.view.Show())) work.view.SetShow(show);
+    WhitePointField(work);
+
+    ImGui::Separator();
+    LensFields(work);
 
     ImGui::Separator();
     EnvironmentFields(work);

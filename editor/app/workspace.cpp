@@ -72,6 +72,43 @@ void Workspace::Apply(std::span<const Edit> edits) {
     }
 }
 
+void Workspace::PickFocus(bool isOn) {
+    m_isPickingFocus = isOn;
+    if (isOn) ShowMessage("click on what is to be in focus; Escape cancels");
+}
+
+void Workspace::FocusOn(glm::uvec2 pixel) {
+    m_isPickingFocus = false;
+    m_focusRequest = view.RequestPick(pixel);
+}
+
+void Workspace::FinishFocus() {
+    if (!m_focusRequest || !m_focusRequest->IsReady()) return;
+    const viewport::PickResult found = m_focusRequest->Result();
+    m_focusRequest.reset();
+    if (!found.isHit)
+        return ShowMessage(Text("nothing is seen there; the focus stays at {:.4g} m", FocusDistance()));
+    focus = found.depth;
+    ShowMessage(Text("in focus: {:.4g} m{}", focus,
+                     aperture > 0.0f ? "" : "; all is sharp until the lens has an aperture"));
+}
+
+float Workspace::FocusDistance() const {
+    return focus > 0.0f ? focus : session::DefaultFocus(camera.View(), document.Scene().bounds);
+}
+
+viewport::LensSettings Workspace::Lens() const {
+    const bool hasLens = aperture > 0.0f && camera.View().projection == scene::Projection::Perspective;
+    return hasLens ? viewport::LensSettings{aperture, FocusDistance()} : viewport::LensSettings{};
+}
+
+void Workspace::SetWhitePoint(int kelvin) {
+    m_whitePoint = kelvin;
+    viewport::ShowSettings show = view.Show();
+    show.tonemap.whiteBalance = passes::WhiteBalance(passes::WhitePointAt(double(kelvin)));
+    view.SetShow(show);
+}
+
 void Workspace::ToggleVisibility() {
     if (!selectedNode) return;
     const bool isVisible = !document.Scene().nodes[*selectedNode].isVisible;
@@ -245,6 +282,7 @@ void Workspace::Observe() {
     }
     ObserveRealTime(now);
     explained.Observe(view, document.Scene());
+    FinishFocus();
     // An estimate costs little, but not nothing
     if (!panels.statistics || m_errorRequest || now - m_errorRequestTime < 0.5) return;
     m_errorRequest = view.RequestNoise();
@@ -316,6 +354,7 @@ void Workspace::Take(const Settings& settings) {
     viewport::ShowSettings show = settings.show;
     show.view = settings.view.value_or(show.view);
     view.SetShow(show);
+    SetWhitePoint(settings.whitePoint);
     viewport::BudgetSettings budget = view.Budget();
     budget.whileMoving = settings.whileMoving;
     view.SetBudget(budget);
@@ -338,6 +377,8 @@ Settings Workspace::SettingsToSave() const {
     settings.show.isDenoised = show.isDenoised;
     settings.show.wipePosition = show.wipePosition;
     settings.show.tonemap = show.tonemap;
+    settings.show.tonemap.whiteBalance = passes::TonemapSettings().whiteBalance;  // follows from whitePoint
+    settings.whitePoint = m_whitePoint;
     settings.show.maxError = show.maxError;
     settings.whileMoving = view.Budget().whileMoving;
     return settings;
@@ -394,6 +435,7 @@ ShownScene Workspace::Shown() const {
                       .pointsAndLines = pointsAndLines,
                       .environmentFile = m_environmentFile.filename().string(),
                       .environmentHash = m_environmentHash},
+            .camera = session::CameraText(camera.View()),
             .at = clips.empty() ? std::nullopt : std::optional(clips.front().seconds),
             .clips = scene::ClipsText(document.Scene(), clips)};
 }
@@ -444,6 +486,9 @@ bool Workspace::Show(LoadedScene loaded) {
     Select(std::nullopt);
     explained.Clear();
     bookmarks = {};
+    aperture = focus = 0.0f;
+    m_isPickingFocus = false;
+    m_focusRequest.reset();
     const scene::SceneData& scene = document.Scene();
     if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());
     UseCamera(loaded.camera);

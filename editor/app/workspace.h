@@ -127,6 +127,19 @@ class Workspace {
     // Applies an edit. If the scene refuses it, nothing changes, and message and log say why.
     void Apply(const Edit& edit) { Apply({&edit, 1}); }
     void Apply(std::span<const Edit> edits);  // as one step of the history
+    // Says whether the next click in the picture chooses the distance in focus, instead of selecting.
+    void PickFocus(bool isOn);
+    bool IsPickingFocus() const { return m_isPickingFocus; }
+    // Puts in focus what is seen in this pixel; a later frame answers, and the message reports it.
+    void FocusOn(glm::uvec2 pixel);
+    bool IsFocusPending() const { return m_focusRequest.has_value(); }
+    // Returns the distance in focus, in meters along the view.
+    float FocusDistance() const;
+    // Returns the lens of the shown camera; an orthographic one has a pinhole.
+    viewport::LensSettings Lens() const;
+    // Shows a light of this temperature, in kelvin within kWhitePointRange, as white.
+    void SetWhitePoint(int kelvin);
+    int WhitePoint() const { return m_whitePoint; }
     // Hides the selection, or shows it if the active node is hidden.
     void ToggleVisibility();
     // Edits of the hierarchy, with their messages; the selection follows. Copies are selected, and of what
@@ -176,6 +189,8 @@ class Workspace {
     viewport::Viewport view;
     Document document;
     CameraController camera;
+    float aperture = 0.0f;  // radius of the camera's lens in meters; 0: a pinhole
+    float focus = 0.0f;     // its distance in focus, in meters; 0: session::DefaultFocus
     SceneLoader loader;
     Timeline timeline;                                 // animations of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of points and lines in scenes that are opened
@@ -220,6 +235,12 @@ class Workspace {
                  std::optional<scene::Camera> seen);
     void FollowHierarchy();  // after it has changed
     void FollowHistory();    // after undo and redo
+
+    void FinishFocus();
+
+    bool m_isPickingFocus = false;
+    std::optional<viewport::Pick> m_focusRequest;
+    int m_whitePoint = Settings().whitePoint;  // of the view's TonemapSettings::whiteBalance
 
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();

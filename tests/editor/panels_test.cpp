@@ -408,6 +408,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     settings.whileMoving = viewport::MotionView::Raster;
     settings.show.wipePosition = 0.3f;
     settings.show.tonemap.exposureEv = -1.5f;
+    settings.whitePoint = 3400;
     settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);
     settings.tool = GizmoTool::Scale;
     settings.toolSpace = GizmoSpace::Local;

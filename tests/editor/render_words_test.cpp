@@ -3,11 +3,15 @@
 
 #include <gtest/gtest.h>
 #include <imgui.h>
+#include <cstdlib>
 #include <map>
 
+#include "base/files.h"
+#include "editor/session/file/render_file.h"
 #include "editor/session/settings/picture_settings.h"
 #include "renderer/image/image.h"
 #include "tests/editor/editor_test.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::editor {
 
@@ -96,6 +100,47 @@ TEST_F(RenderWordsTest, OptionsSayWhatIsShown) {
     EXPECT_NE(line.find("--env \"" + (folder / "a sky.hdr").string() + '"'), std::string::npos) << line;
     EXPECT_NE(line.find(" --exposure=-1.5 --tonemap agx"), std::string::npos) << line;
 }
+
+#ifdef RAYGRAPH_BUILT_PROGRAM
+
+TEST_F(RenderWordsTest, TheCopiedCommandMakesTheShownPicture) {
+    image::WriteHdr(folder / "a sky.hdr", {8, 4, std::vector<float>(8 * 4 * 4, 0.5f)});
+    Workspace& work = editor.Work();
+    work.panels.hierarchy = work.panels.inspector = false;
+    viewport::BudgetSettings budget = work.view.Budget();
+    budget.maxSamples = 3;
+    work.view.SetBudget(budget);
+    Play("size 320x200\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nopen " +
+         (folder / "a sky.hdr").string() + "\nwait\nmouse 160 100\ndrag left 37 -21\nwheel -2\n" +
+         "key shift+f\nexpect message click on what is to be in focus\nclick left\nwait\n" +
+         "expect message in focus: \nexpect selected nothing\n" +
+         "fov 51.3\naperture 0.07\nexposure 0.7\nwhite-point 3700\nsize 64x99\nframes 2\n");
+    work.gpu.SetEnvironment({.radiance = {0.5f, 1.0f, 2.0f}, .rotation = -0.75f});
+    work.view.SetRaster({});  // recorded as `render` does, which has no such option for this view
+    Play("size 64x99\nview path-traced\nsamples 3\npicture " + (folder / "shown.png").string() +
+         "\npicture " + (folder / "shown.exr").string() + "\nkey ctrl+shift+r\n");
+
+    const std::string command = ImGui::GetClipboardText();
+    for (const char* option :
+         {" --aperture 0.07 ", " --focus ", " --exposure 0.7 ", " --white-point 3700", " 51.3"})
+        EXPECT_NE(command.find(option), std::string::npos) << command << " lacks" << option;
+    const std::string line =
+        "cd " + folder.Path().string() +
+        " && PATH=" + std::filesystem::path(RAYGRAPH_BUILT_PROGRAM).parent_path().string() + ":$PATH && " +
+        command + " --spp 3 --output made.png --output made.exr > output 2>&1";
+    ASSERT_EQ(std::system(line.c_str()), 0) << line << test::TextOf(folder / "output");
+    const session::RenderFile shown = session::ReadRenderFile(folder / "shown.exr"),
+                              made = session::ReadRenderFile(folder / "made.exr");
+    EXPECT_EQ(shown.samples, made.samples);
+    EXPECT_EQ(shown.radiance, made.radiance) << "the same bits";
+    EXPECT_EQ(session::FirstDifference(shown.settings, made.settings), "");
+    const auto texels = [&](const char* name) {
+        return image::DecodeImage8(ReadFile(folder / name), name).rgba;
+    };
+    EXPECT_EQ(texels("shown.png"), texels("made.png"));
+}
+
+#endif
 
 TEST_F(RenderWordsTest, ViewsLeaveOutWhatRenderRefusesForThem) {
     Play(OpenCornell());

@@ -16,13 +16,6 @@ namespace raygraph::session {
 
 namespace {
 
-// Returns the distance along the view to the middle of the scene, for a lens without a given focus.
-float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
-    if (bounds.IsEmpty()) return 1.0f;
-    const float distance = glm::dot(bounds.Center() - glm::vec3(view.eye), view.forward);
-    return distance > 0.0f ? distance : 1.0f;
-}
-
 scene::CameraView ViewFrom(const PictureSettings& settings, const std::string& camera,
                            const scene::SceneData& data) {
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);

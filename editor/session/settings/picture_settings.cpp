@@ -407,6 +407,12 @@ std::string AtText(const std::optional<double>& at) {
     return at ? NumberText(*at) : std::string();
 }
 
+float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
+    if (bounds.IsEmpty()) return 1.0f;
+    const float distance = glm::dot(bounds.Center() - glm::vec3(view.eye), view.forward);
+    return distance > 0.0f ? distance : 1.0f;
+}
+
 std::string CameraText(const scene::CameraView& view) {
     std::string text;
     for (const glm::dvec3& place : {view.eye, view.eye + glm::dvec3(view.forward), glm::dvec3(view.up)})

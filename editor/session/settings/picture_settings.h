@@ -50,8 +50,7 @@ struct PictureSettings {
     std::optional<Shutter> shutter;        // motion blur; none: all samples see the scene at `at`
     scene::PointsAndLines pointsAndLines;  // radii of the scene's points and lines; off: left out
     float aperture = 0.0f;                 // lens radius in meters; 0: a pinhole
-    float focusDistance =
-        0.0f;  // meters; 0: the distance of what is seen in the middle of the scene's bounds
+    float focusDistance = 0.0f;            // meters; 0: DefaultFocus
     passes::PathSettings paths{};
     passes::RasterSettings raster{};   // only the shadows are recorded: the others have no option
     float environmentRotation = 0.0f;  // degrees about +y
@@ -112,6 +111,10 @@ RAYGRAPH_API bool IsOpen(std::string_view setting, std::string_view text);
 
 // Returns a time as the setting `at` has it; "" for none.
 RAYGRAPH_API std::string AtText(const std::optional<double>& at);
+
+// Returns the distance in focus where no other is given, in meters along the view: that of the middle of the
+// scene's bounds; 1 if this is not ahead, or there is none.
+RAYGRAPH_API float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds);
 
 // Returns "eye target up fov" or "eye target up HEIGHTm", which reads back as the same view but for rounding.
 RAYGRAPH_API std::string CameraText(const scene::CameraView& view);
