@@ -51,6 +51,7 @@ TraceFeatures Unused(const SceneIds& scene, const TraceSettings& settings) {
     if (settings.scattering.brdf != BrdfModel::Gltf) unused |= FeaturesOfKind(TraceFeatureKind::Lobes);
     if (settings.biases.textureLod == -kInfinity || !scene.features.Has(kTraceTextures))
         unused |= kTraceTextureLod;
+    if (!settings.isEnvironmentHidden) unused |= kTraceShadowCatcher;
     return unused;
 }
 

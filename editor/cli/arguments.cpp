@@ -600,6 +600,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     }
     if (*completion) return ShowText{CompletionScript(TextsOf(app), shell)};
     if (*render) {
+        ApplyBackdrop(renderArguments);
         CheckRender(renderArguments);
         ApplyCameras(renderArguments);
         ApplyShard(renderArguments);

@@ -42,7 +42,7 @@ struct DisplayArguments {
 // Says what is behind the scene in a .png; `given` hides the environment then.
 struct BackdropChoice {
     std::optional<std::array<float, 3>> color;  // linear
-    float blurDegrees = 0.0f;                   // of the environment map, without a color
+    float blurDegrees = 0.0f;                   // of the environment, without a color; 0: as it is
 };
 
 struct RenderArguments : OutputArguments, DisplayArguments {

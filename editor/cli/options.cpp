@@ -34,7 +34,7 @@ const Group kGroups[] = {
       "settings-from", "report"}},
     {"Sampling", {"spp", "time", "error", "adaptive", "seed", "sample-offset", "shard"}},
     {"Camera", {"camera", "view-from", "orbit", "turntable", "aperture", "focus", "shutter"}},
-    {"Light", {"backdrop", "env", "env-rotation", "env-tint", "background", "light", "shadows"}},
+    {"Light", {"backdrop", "ground", "env", "env-rotation", "env-tint", "background", "light", "shadows"}},
     {"Scene", {"scene", "variant", "at", "clips", "frames", "points", "lines", "root"}},
     {"Biases",
      {"max-depth", "clamp-indirect", "regularize", "shadow-terminator", "texture-lod", "texture-budget"}},
@@ -323,8 +323,9 @@ WhitePoint ParseWhitePoint(const std::string& text) {
 void SetBackdrop(RenderArguments& arguments, const std::string& text) {
     if (arguments.given.contains("transparent")) Reject("--backdrop and --transparent exclude each other");
     arguments.given["transparent"] = text == "map" ? "off" : "on";
-    if (text == "map" || text == "transparent") return;
+    if (text == "transparent") return;
     BackdropChoice& backdrop = arguments.backdrop.emplace();
+    if (text == "map") return;
     constexpr std::string_view kBlur = "blur:";
     if (text.starts_with(kBlur)) {
         backdrop.blurDegrees = static_cast<float>(ParseNumber(text.substr(kBlur.size()), 0.5, 90.0));
@@ -694,6 +695,21 @@ void CheckRender(const RenderArguments& arguments) {
                     Text("--exr-type half: {} would lose its sums, and could not be resumed again; give "
                          "another -o",
                          picture.path));
+}
+
+void ApplyBackdrop(RenderArguments& arguments) {
+    std::optional<BackdropChoice>& backdrop = arguments.backdrop;
+    const bool isMap = backdrop && !backdrop->color && backdrop->blurDegrees == 0.0f;
+    const auto ground = arguments.given.find("ground");
+    if (ground == arguments.given.end() || ground->second != "on") {
+        if (isMap) backdrop.reset();  // the camera sees the environment as it is
+        return;
+    }
+    const bool isOpen = !backdrop && !arguments.given.contains("transparent");
+    if (isMap || isOpen) arguments.given["transparent"] = "on";
+    const std::vector<OutputFile> pictures = PicturesOf(arguments);
+    if (isOpen && std::ranges::any_of(pictures, [](const OutputFile& o) { return IsDisplayed(o.kind); }))
+        backdrop.emplace();
 }
 
 void ApplyCameras(RenderArguments& arguments) {

@@ -78,6 +78,8 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap);
 // Adds the command `render`, with the checks that concern several options.
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments);
 void CheckRender(const RenderArguments& arguments);
+// Applies --ground to the backdrop: where nothing else is asked for, the shadow is put over the environment.
+void ApplyBackdrop(RenderArguments& arguments);
 // Applies --turntable and --contact-sheet: each of their pictures has a camera.
 void ApplyCameras(RenderArguments& arguments);
 // Applies --shard: samples, frames and names become the shard's.

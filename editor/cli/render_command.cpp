@@ -121,7 +121,12 @@ std::optional<Backdrop> BackdropFor(const RenderArguments& arguments, const Pict
                                     const SceneInput& input) {
     if (!arguments.backdrop) return std::nullopt;
     if (arguments.backdrop->color) return Backdrop{.color = arguments.backdrop->color, .map = {}};
-    std::optional<image::ImageF> map = BlurredEnvironment(input, settings, arguments.backdrop->blurDegrees);
+    const float blurDegrees = arguments.backdrop->blurDegrees;
+    std::optional<image::ImageF> map = BackdropMap(input, settings, blurDegrees);
+    if (!map && blurDegrees == 0.0f) {
+        const std::array<float, 3> constant = settings.background.value_or(std::array{0.0f, 0.0f, 0.0f});
+        map = image::ImageF{1, 1, {constant[0], constant[1], constant[2], 1.0f}};
+    }
     if (!map)
         throw MakeError(ErrorKind::Usage,
                         "--backdrop blur: {} has no map to blur; it needs --env or --light studio",

@@ -353,6 +353,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         refuse("it is drawn as a whole; --crop is for views of rays");
     if (settings.view == View::PathTraced) return;
     if (settings.paths.isEnvironmentHidden) refuse("only path-traced renders know --transparent");
+    if (settings.hasGround) refuse("only path-traced renders know --ground");
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     if (!passes::CountsPaths(settings.view)) {

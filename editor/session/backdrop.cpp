@@ -120,8 +120,8 @@ image::Image8 OverAny(const image::Image8& picture, Behind&& behind) {
 
 }  // namespace
 
-std::optional<image::ImageF> BlurredEnvironment(const SceneInput& input, const PictureSettings& settings,
-                                                float degrees) {
+std::optional<image::ImageF> BackdropMap(const SceneInput& input, const PictureSettings& settings,
+                                         float degrees) {
     image::ImageF studio;
     const image::ImageF* map = nullptr;
     if (!input.environment.rgba.empty())
@@ -133,10 +133,10 @@ std::optional<image::ImageF> BlurredEnvironment(const SceneInput& input, const P
     else if (input.data.environment.IsPresent())
         map = &input.data.environment.map;
     if (map == nullptr) return std::nullopt;
-    image::ImageF blurred = Blurred(*map, glm::radians(double{degrees}));
-    for (size_t i = 0; i < blurred.rgba.size(); ++i)
-        if (i % 4 != 3) blurred.rgba[i] *= settings.environmentTint[i % 4];
-    return blurred;
+    image::ImageF shown = degrees > 0.0f ? Blurred(*map, glm::radians(double{degrees})) : *map;
+    for (size_t i = 0; i < shown.rgba.size(); ++i)
+        if (i % 4 != 3) shown.rgba[i] *= settings.environmentTint[i % 4];
+    return shown;
 }
 
 image::ImageF SeenOf(const image::ImageF& map, float rotation, const gpu::CameraRecord& camera, Extent2D size,

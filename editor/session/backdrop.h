@@ -19,12 +19,12 @@ struct Backdrop {
     image::ImageF map;  // radiance as GpuScene::SetEnvironmentMap takes it: shown as the scene is
 };
 
-// Returns the environment map of the picture, be it a file's, the scene's or the studio, with its tint and
-// blurred: a texel is the mean of the radiance around it, weighted by exp(-a^2 / 2s^2) of the angle a, where
-// s is `degrees`, from 0.5 to 90. PictureSettings::light must be decided (ChooseLight). None: there is no
-// map.
-RAYGRAPH_API std::optional<image::ImageF> BlurredEnvironment(const SceneInput& input,
-                                                             const PictureSettings& settings, float degrees);
+// Returns the environment map of the picture, be it a file's, the scene's or the studio, with its tint, and
+// blurred by `degrees` from 0.5 to 90, or as it is for 0: a texel is the mean of the radiance around it,
+// weighted by exp(-a^2 / 2s^2) of the angle a, where s is `degrees`. PictureSettings::light must be decided
+// (ChooseLight). None: there is no map.
+RAYGRAPH_API std::optional<image::ImageF> BackdropMap(const SceneInput& input,
+                                                      const PictureSettings& settings, float degrees);
 
 // Returns what the centers of the pixels see of an equirectangular map; the picture has the size of `part`.
 RAYGRAPH_API image::ImageF SeenOf(const image::ImageF& map, float rotation, const gpu::CameraRecord& camera,

@@ -40,6 +40,7 @@
 #include "integrator/media.glsl"
 #include "integrator/path_state.glsl"
 #include "integrator/scattering.glsl"
+#include "integrator/shadow_catcher.glsl"
 #include "lights/lights.glsl"
 #include "lights/shadow_ray.glsl"
 #include "scene/ray.glsl"
@@ -353,7 +354,7 @@ INLINE vec3 PositionInMedium(SegmentStart start, Ray ray, SurfaceInteraction end
 // must confirm. False: the path ends here.
 INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, PathSettings settings,
                             INOUT(DirectLight) direct) {
-    path.alpha = 1.0f;
+    Cover(path);
     RECORD(event, kPathEventMedium);
     RECORD(position, position);
     RECORD(end, kPathEndDepth);
@@ -469,7 +470,11 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         if (!HasTraceFeature(kTraceMatchedMedia)) path.scatterPDF = 0.0f;
         return true;
     }
-    path.alpha = 1.0f;
+    bool isCatcher = IsCatcher(path, surface);
+    if (!isCatcher)
+        Cover(path);
+    else if (!Catch(path, surface))
+        return false;
     bool isMatched = isVolume && IsIndexMatched(surface.material, boundary, path.wavelength);
     bool isWall = isMatched || IsSmoothThinWall(surface.material);
     bool isLast = path.depth >= settings.maxDepth;
@@ -508,7 +513,9 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     }
     path.scatter.position = surface.position;
     path.scatter.normal = IsTransmissive(vertex.bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
-    return ScatterBoth(path, vertex, settings, direct);
+    bool isAlive = ScatterBoth(path, vertex, settings, direct);
+    if (isCatcher) SubtractUnoccluded(path, direct, isAlive);
+    return isAlive;
 }
 
 SHADING_END

@@ -7,6 +7,7 @@
 #include "pathtrace/light_groups.glsl"
 
 #include "integrator/path_state.glsl"
+#include "integrator/shadow_catcher.glsl"
 
 #ifdef OUTPUTS_ARE_READ
 #define OUTPUT_ACCESS
@@ -54,13 +55,19 @@ ivec2 GroupTexel(int group, ivec2 texel, ivec2 size) {
 }
 #endif
 
-// An infinite or NaN sample is written as black, and counted: later passes need not check.
-void ZeroIfNotFinite(inout PathState path) {
-    if (IsFinite(path.radiance)) return;
-    atomicAdd(pixelQueue.nonFiniteCount, 1u);
-    path.radiance = vec3(0.0f);
-    if (kKeepsParts) path.parts = NoParts();
-    ClearGroups();
+// Makes the sample of a path that has ended. An infinite or NaN one is written as black, and counted: later
+// passes need not check.
+void FinishSample(inout PathState path) {
+    if (!IsFinite(path.radiance)) {
+        atomicAdd(pixelQueue.nonFiniteCount, 1u);
+        path.radiance = vec3(0.0f);
+        if (kKeepsParts) path.parts = NoParts();
+        ClearGroups();
+    }
+    if (IsCaught(path)) {
+        FinishCaught(path);
+        ClearGroups();
+    }
 }
 
 void StoreOutputs(ivec2 texel, PathState path) {

@@ -62,7 +62,7 @@ void main() {
         isAlive = ExtendPath(path, settings);
         if (isAlive) continue;
         rays += path.rayCount;
-        ZeroIfNotFinite(path);
+        FinishSample(path);
         StoreOutputs(ivec2(texel), path);
     }
     CountRays(rays);

@@ -1,5 +1,5 @@
-// The last kernel of a wavefront: samples that are infinite or NaN become black, and rays are counted that no
-// other kernel counts: those which the queues name.
+// The last kernel of a wavefront: samples are finished (outputs.glsl), and rays are counted that no other
+// kernel counts: those which the queues name.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -27,9 +27,11 @@ void main() {
     }
     if (any(greaterThanEqual(texel, imageSize(radiance)))) return;
     PathState path;
-    path.radiance = imageLoad(radiance, texel).xyz;
-    if (IsFinite(path.radiance)) return;
+    vec4 stored = imageLoad(radiance, texel);
+    path.radiance = stored.xyz;
+    path.alpha = stored.w;
+    if (IsFinite(path.radiance) && !IsCaught(path)) return;
     LoadOutputs(texel, path);
-    ZeroIfNotFinite(path);
+    FinishSample(path);
     StoreOutputs(texel, path);
 }

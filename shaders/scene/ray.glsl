@@ -8,6 +8,7 @@
 
 #ifdef __cplusplus
 namespace raygraph::shading {
+using gpu::kMaterialShadowCatcher;
 using gpu::kMaterialUnlit;
 using gpu::kMaterialVolume;
 }  // namespace raygraph::shading

@@ -131,6 +131,8 @@ struct LightSetRecord {
     uint hasEnvironment;    // 0: black
     uint environmentWidth;  // cells of the environment's table; a map without texture is one cell
     uint environmentHeight;
+    uint firstPunctual;   // records from here on are of punctual lights
+    float skyIrradiance;  // luminance, W/m^2, of the environment's light on a surface that faces +y
 };
 
 // --- The table by which directions to the environment are chosen ---
@@ -165,7 +167,7 @@ static_assert(sizeof(LightRecord) == 16 * 4);
 static_assert(sizeof(LightNode) == 12 * 4);
 static_assert(sizeof(LightMeshRecord) == 5 * 4);
 static_assert(sizeof(AliasEntry) == 3 * 4);
-static_assert(sizeof(LightSetRecord) == 9 * 4);
+static_assert(sizeof(LightSetRecord) == 11 * 4);
 static_assert(sizeof(EnvironmentEntry) == 3 * 4);
 }  // namespace raygraph::gpu
 #endif

@@ -97,6 +97,7 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 // Some light may pass through as through glass: there is transmission, and not all of it is scattered.
 RAYGRAPH_CONSTANT uint kMaterialGlass = 16u;
+RAYGRAPH_CONSTANT uint kMaterialShadowCatcher = 32u;  // integrator/shadow_catcher.glsl
 
 // Values and textures are those of material_list.h, with those that ToRecord computes from other fields of
 // scene::Material.
@@ -183,7 +184,7 @@ static_assert(sizeof(MaterialRecord) == 15 * 4
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space)               +sizeof(uint) + sizeof(mat3x2)
 #include "material_list.h"
 );
-static_assert(sizeof(TraceParameters) == 55 * 4);
+static_assert(sizeof(TraceParameters) == 57 * 4);
 }  // namespace raygraph::gpu
 #endif
 

@@ -35,6 +35,7 @@ RAYGRAPH_TRACE_FEATURE(TextureLod, Settings)
 RAYGRAPH_TRACE_FEATURE(HiddenEnvironment, Settings)
 RAYGRAPH_TRACE_FEATURE(PixelList, Settings)
 RAYGRAPH_TRACE_FEATURE(ThinScatter, Lobes)
+RAYGRAPH_TRACE_FEATURE(ShadowCatcher, Hits)
 
 // Lights: light sampling.
 //   LightSampling:    lights are sampled, of which there are
@@ -65,6 +66,7 @@ RAYGRAPH_TRACE_FEATURE(ThinScatter, Lobes)
 //   ThinWalls:        light goes straight on through some surfaces
 //   Capsules:         some primitives are round
 //   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
+//   ShadowCatcher:    of some surfaces the camera sees the shadow alone, where the environment is hidden
 // Settings: biases that change what a surface is, the camera, and the samples.
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
 //   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by

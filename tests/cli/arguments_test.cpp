@@ -390,6 +390,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.crop = passes::Region{3, 1, 70, 4};
     settings.paths.isEnvironmentHidden = true;
     settings.isAdaptive = true;
+    settings.hasGround = true;
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;

@@ -55,7 +55,7 @@ TEST(Backdrop, BlurOfAMapIsTheSameInAllDirections) {
             weights += weight;
             sum += weight * std::cos(a);
         }
-        const image::ImageF blurred = *BlurredEnvironment(input, {}, degrees);
+        const image::ImageF blurred = *BackdropMap(input, {}, degrees);
         for (const glm::dvec3& d : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0.1),
                                     glm::dvec3(0.3, -0.9, -0.5), glm::dvec3(0, 0, -1)}) {
             const glm::dvec3 expected = 2.0 + sum / weights * glm::normalize(d);
@@ -77,12 +77,12 @@ TEST(Backdrop, TintAndMissingMap) {
     SceneInput input;
     PictureSettings settings;
     settings.light = DefaultLight::None;
-    EXPECT_FALSE(BlurredEnvironment(input, settings, 10.0f));
+    EXPECT_FALSE(BackdropMap(input, settings, 10.0f));
     settings.light = DefaultLight::Studio;
-    EXPECT_TRUE(BlurredEnvironment(input, settings, 30.0f));
+    EXPECT_TRUE(BackdropMap(input, settings, 30.0f));
     input.environment = MapOf(32, [](const glm::dvec3&) { return glm::dvec3(1.0); });
     settings.environmentTint = {1.0f, 0.5f, 0.25f};
-    const glm::vec3 seen = Seen(*BlurredEnvironment(input, settings, 30.0f), {1, 2, 3});
+    const glm::vec3 seen = Seen(*BackdropMap(input, settings, 30.0f), {1, 2, 3});
     EXPECT_NEAR(glm::distance(seen, glm::vec3(1.0f, 0.5f, 0.25f)), 0.0f, 1e-5f);
 }
 
@@ -125,6 +125,40 @@ TEST(Backdrop, ColorIsShownAsItIsAndTheSceneStaysLit) {
     EXPECT_GT(inFront, 8u);
 }
 
+TEST(Ground, ShadowDarkensTheBackdropAndNothingElse) {
+    const test::TemporaryFolder folder;
+    const auto render = [&](const std::string& options) {
+        const test::ProgramResult result = test::RunProgram(
+            folder,
+            "render @glass_sphere.gltf --size 24x18 --spp 16 --light studio --ground on --orbit 0,20 "
+            "-o a.png " +
+                options);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        return image::DecodeImage8(ReadFile(folder / "a.png"), "a.png");
+    };
+    // The mean of a channel in the lowest row, where the sphere's shadow ends
+    const auto onGround = [](const image::Image8& picture, size_t channel) {
+        double sum = 0.0;
+        for (size_t x = 0; x < picture.width; ++x)
+            sum += picture.rgba[4 * ((picture.height - 1) * size_t{picture.width} + x) + channel];
+        return sum / picture.width;
+    };
+    const image::Image8 white = render("--backdrop white"), cut = render("--backdrop transparent");
+    EXPECT_EQ(white.rgba[0], 255) << "the sky";
+    EXPECT_LT(onGround(white, 0), 250.0);
+    EXPECT_GT(onGround(white, 0), 225.0);
+    EXPECT_EQ(cut.rgba[3], 0);
+    EXPECT_GT(onGround(cut, 3), 10.0);
+    EXPECT_LT(onGround(cut, 3), 70.0);
+    EXPECT_EQ(onGround(cut, 0), 0.0) << "a shadow has no color";
+    const image::Image8 studio = render(""), plane = render("--transparent off");
+    EXPECT_GT(studio.rgba[0], 100) << "the studio is seen, darker on the ground";
+    EXPECT_EQ(studio.rgba[3], 255);
+    EXPECT_EQ(studio.rgba[0], plane.rgba[0]);
+    EXPECT_LT(onGround(studio, 0), studio.rgba[0]);
+    EXPECT_GT(onGround(plane, 0), onGround(studio, 0)) << "a gray plane is brighter than the studio's floor";
+}
+
 TEST(Backdrop, BlurNeedsAMap) {
     const test::TemporaryFolder folder;
     const auto messages = [&](const std::string& options) {
@@ -137,6 +171,8 @@ TEST(Backdrop, BlurNeedsAMap) {
     EXPECT_NE(messages("--backdrop blur").find("nor map, blur:N or transparent"), std::string::npos);
     EXPECT_NE(messages("--backdrop gray --transparent on").find("exclude each other"), std::string::npos);
     EXPECT_NE(messages("--backdrop gray -o a.exr").find("--backdrop is of a .png"), std::string::npos);
+    EXPECT_NE(messages("--view raster --ground on").find("only path-traced renders know --"),
+              std::string::npos);
     EXPECT_NE(messages("--backdrop transparent -o a.jpg").find("a .jpg has no alpha"), std::string::npos);
 }
 

@@ -95,6 +95,7 @@ const Row kRows[] = {
     {"background", [](PictureSettings& s) { (*s.background)[1] = 0.5f; }},
     {"background", [](PictureSettings& s) { (*s.background)[2] = 0.5f; }},
     {"background", [](PictureSettings& s) { s.background.reset(); }},
+    {"ground", [](PictureSettings& s) { s.hasGround = true; }},
     {"light", [](PictureSettings& s) { s.light = DefaultLight::Studio; }},
     {"adaptive", [](PictureSettings& s) { s.isAdaptive = true; }},
     {"texture-budget", [](PictureSettings& s) { s.textureBudget = 1u << 20; }},
@@ -110,8 +111,8 @@ int Number(Enum value) {
 
 auto FieldsOf(PictureSettings& settings) {
     auto& [size, crop, view, camera, scene, variant, at, clips, shutter, pointsAndLines, aperture,
-           focusDistance, paths, raster, environmentRotation, environmentTint, background, light, isAdaptive,
-           textureBudget, lightGroups] = settings;
+           focusDistance, paths, raster, environmentRotation, environmentTint, background, hasGround, light,
+           isAdaptive, textureBudget, lightGroups] = settings;
     auto& [points, lines] = pointsAndLines;
     auto& [sampler, seed, scattering, lights, roulette, biases, isEnvironmentHidden] = paths;
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
@@ -125,7 +126,8 @@ auto FieldsOf(PictureSettings& settings) {
                       Number(masking), Number(fresnel), Number(multiscatter), isOn, Number(lightSampler),
                       Number(mis), Number(kind), start, survival, maxDepth, clampIndirect, regularize,
                       shadowTerminator, textureLod, isEnvironmentHidden, Number(shadows), environmentRotation,
-                      environmentTint, background, Number(light), isAdaptive, textureBudget, lightGroups);
+                      environmentTint, background, hasGround, Number(light), isAdaptive, textureBudget,
+                      lightGroups);
 }
 
 TEST(PictureSettings, EveryFieldIsInTheTexts) {

@@ -375,7 +375,8 @@ TEST(WithFeatures, AreThoseOfTheProgram) {
 
 // Programs have the features of the scene that settings use.
 TEST(ProgramFeatures, AreThoseThatSettingsUse) {
-    const TraceFeatures scene = ~FeaturesOfKind(TraceFeatureKind::Settings) | kTraceTextureLod;
+    const TraceFeatures all = ~FeaturesOfKind(TraceFeatureKind::Settings) | kTraceTextureLod;
+    const TraceFeatures scene = all & ~kTraceShadowCatcher;
     const auto of = [](TraceFeatures features, const std::function<void(TraceSettings&)>& set) {
         TraceSettings settings;
         set(settings);
@@ -390,7 +391,10 @@ TEST(ProgramFeatures, AreThoseThatSettingsUse) {
     const TraceFeatures plain = of(scene, [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; });
     EXPECT_EQ(plain, scene & ~(FeaturesOfKind(TraceFeatureKind::Lobes) | kTraceTextureLod));
     EXPECT_EQ(of({}, [](TraceSettings& s) { s.biases.shadowTerminator = true; }), kTraceShadowTerminator);
-    EXPECT_EQ(of({}, [](TraceSettings& s) { s.isEnvironmentHidden = true; }), kTraceHiddenEnvironment);
+    const auto hide = [](TraceSettings& s) { s.isEnvironmentHidden = true; };
+    EXPECT_EQ(of({}, hide), kTraceHiddenEnvironment);
+    EXPECT_EQ(of(all, levels), scene) << "the camera sees a catcher as any surface before an environment";
+    EXPECT_TRUE(of(all, hide).Has(kTraceShadowCatcher));
 }
 
 }  // namespace raygraph::testing::more_features_test

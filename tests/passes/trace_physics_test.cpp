@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "passes/limit.h"
+#include "renderer/scene/model/ground.h"
 #include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -167,6 +168,123 @@ TEST_F(TracePhysics, Trace_EmissiveTextureShowsThrough) {
     EXPECT_EQ(glm::vec3(seen.At(2, 1)), glm::vec3(0, 1, 0));
     EXPECT_EQ(glm::vec3(seen.At(1, 2)), glm::vec3(0, 0, 1));
     EXPECT_EQ(glm::vec3(seen.At(2, 2)), glm::vec3(1, 1, 1));
+}
+
+// --- The shadow catcher: alpha is the share of the light that other surfaces take away ---
+
+namespace {
+
+constexpr float Square(float x) {
+    return x * x;
+}
+
+constexpr float kBallRadius = 1.0f;
+
+// A black ball on the ground, seen from above along (0, -1, -1) in a picture of 2 * kHalf meters.
+constexpr float kHalf = 4.0f;
+constexpr uint32_t kPixels = 16;
+TraceSettings ViewOfGround() {
+    const glm::vec3 eye(0.0f, 10.0f, 10.0f);
+    TraceSettings settings = LookAt(eye, {0.0f, 0.0f, 0.0f}, 0.5f, kPixels);
+    settings.isEnvironmentHidden = true;
+    const glm::vec3 forward = glm::normalize(-eye), right(1.0f, 0.0f, 0.0f);
+    settings.camera.orthographic = 1;
+    settings.camera.forward = forward;
+    settings.camera.right = kHalf * right;
+    settings.camera.up = kHalf * glm::cross(right, forward);
+    return settings;
+}
+
+// Calls visit(alpha, place) for each pixel that shows the ground alone, `place` on the ground below its center.
+template <typename Visit>
+uint32_t ForEachGroundPixel(const FloatImage& picture, const TraceSettings& settings, Visit&& visit) {
+    uint32_t count = 0;
+    const glm::vec3 ball(0.0f, kBallRadius, 0.0f), forward = settings.camera.forward;
+    for (uint32_t y = 0; y < kPixels; ++y)
+        for (uint32_t x = 0; x < kPixels; ++x) {
+            const float filmX = 2.0f * (float(x) + 0.5f) / kPixels - 1.0f,
+                        filmY = 1.0f - 2.0f * (float(y) + 0.5f) / kPixels;
+            const glm::vec3 from =
+                settings.camera.origin + filmX * settings.camera.right + filmY * settings.camera.up;
+            const float halfPixel = std::sqrt(2.0f) * kHalf / kPixels;
+            if (glm::length(glm::cross(ball - from, forward)) < kBallRadius + halfPixel) continue;
+            const glm::vec4& seen = picture.At(x, y);
+            EXPECT_EQ(glm::vec3(seen), glm::vec3(0.0f)) << x << ", " << y;
+            visit(seen.w, from - from.y / forward.y * forward);
+            ++count;
+        }
+    return count;
+}
+
+class ShadowCatcher : public TracePhysics {
+  protected:
+    ShadowCatcher() {
+        render.scene.SetScene(SceneOf({SphereMesh(kBallRadius, 96)}, {Lambert(glm::vec3(0.0f))},
+                                      {Translation({0.0f, kBallRadius, 0.0f})}));
+        const scene::Bounds ball{.min = glm::vec3(-1.0f, 0.0f, -1.0f), .max = glm::vec3(1.0f, 2.0f, 1.0f)};
+        render.scene.Add(scene::GroundUnder(ball));
+    }
+};
+
+}  // namespace
+
+// Of the light of an even sky, a sphere of radius r, whose center is at height h and at distance d, takes
+// (r / d)^2 h / d away (J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-39).
+TEST_F(ShadowCatcher, BallUnderAnEvenSky) {
+    render.scene.SetEnvironment({.radiance = glm::vec3(0.5f, 3.0f, 1.0f)});
+    TraceSettings settings = ViewOfGround();
+    for (const passes::IntegratorForm form :
+         {passes::IntegratorForm::Loop, passes::IntegratorForm::Wavefront}) {
+        settings.form = form;
+        const FloatImage picture = render.Render(settings, 256).mean;
+        double sum = 0.0, expected = 0.0;
+        const uint32_t count =
+            ForEachGroundPixel(picture, settings, [&](float alpha, const glm::vec3& place) {
+                const float distance = glm::length(place - glm::vec3(0.0f, kBallRadius, 0.0f));
+                const float share = Square(kBallRadius / distance) * kBallRadius / distance;
+                EXPECT_NEAR(alpha, share, 0.1f) << place.x << ", " << place.z;
+                sum += alpha;
+                expected += share;
+            });
+        EXPECT_GT(count, 200u);
+        EXPECT_NEAR(sum, expected, 0.015 * expected);
+    }
+}
+
+// A point light has a hard shadow: all of it, or nothing, without noise.
+TEST_F(ShadowCatcher, BallUnderAPointLight) {
+    const glm::vec3 lamp(-5.0f, 3.0f, 3.0f), ball(0.0f, kBallRadius, 0.0f);
+    render.scene.SetEnvironment({});
+    render.scene.AddLight({.type = scene::LightType::Point,
+                           .color = glm::vec3(1.0f, 0.5f, 0.0f),
+                           .intensity = 1e4f,
+                           .lightToWorld = Translation(lamp)});
+    const TraceSettings settings = ViewOfGround();
+    uint32_t dark = 0, lit = 0;
+    ForEachGroundPixel(render.TraceOnce(settings), settings, [&](float alpha, const glm::vec3& place) {
+        const glm::vec3 toLamp = glm::normalize(lamp - place);
+        const float fromEdge = glm::length(glm::cross(ball - place, toLamp)) - kBallRadius;
+        if (std::abs(fromEdge) < 2.0f * kHalf / kPixels) return;
+        EXPECT_NEAR(alpha, fromEdge < 0.0f ? 1.0f : 0.0f, 1e-5f) << place.x << ", " << place.z;
+        ++(fromEdge < 0.0f ? dark : lit);
+    });
+    EXPECT_GT(dark, 5u);
+    EXPECT_GT(lit, 100u);
+}
+
+// Samples of the light and those of the surface cancel, wherever a map is bright.
+TEST_F(ShadowCatcher, NothingIsTakenFromAMapWithoutSurfaces) {
+    render.scene.SetScene({});
+    render.scene.Add(scene::GroundUnder({.min = glm::vec3(-1.0f, 0.0f, -1.0f), .max = glm::vec3(1.0f)}));
+    image::ImageF map{.width = 32, .height = 15, .rgba = std::vector<float>(size_t{4} * 32 * 15, 0.25f)};
+    for (const size_t row : {3, 9}) map.rgba[4 * (32 * row + 5) + 1] = 700.0f;
+    render.scene.SetEnvironmentMap(map);
+    render.scene.SetEnvironment({.radiance = glm::vec3(2.0f), .rotation = 0.7f});
+    const TraceSettings settings = ViewOfGround();
+    for (const glm::vec4& texel : render.TraceOnce(settings).values) {
+        EXPECT_EQ(glm::vec3(texel), glm::vec3(0.0f));
+        EXPECT_NEAR(texel.w, 0.0f, 1e-4f);
+    }
 }
 
 }  // namespace raygraph::testing::trace_physics_test

@@ -93,6 +93,23 @@ TEST(EnvironmentTable, MeanRadianceIsThatOverTheSphere) {
     EXPECT_NEAR(table.meanRadiance.z, 50'000.0f, 5.0f) << "beyond half floats";
 }
 
+// Radiance cos(theta) above the horizon gives 2 pi / 3, whatever is below; a middle row is half above it.
+TEST(EnvironmentTable, SkyIrradianceIsThatOfTheUpperHalf) {
+    for (const uint32_t height : {64u, 65u}) {
+        image::ImageF map = BlackMap(8, height);
+        for (uint32_t y = 0; y < height; ++y)
+            for (uint32_t x = 0; x < 8; ++x)
+                SetTexel(map, x, y,
+                         vec3(std::max(std::cos(kPi * (float(y) + 0.5f) / float(height)), 0.0f), 1.0f,
+                              2 * y > height + 2 ? 1e3f : 0.0f));
+        const vec3 irradiance = BuildEnvironmentTable(map).skyIrradiance;
+        EXPECT_NEAR(irradiance.x, 2.0f * kPi / 3.0f, 2e-3f);
+        EXPECT_NEAR(irradiance.y, kPi, 1e-5f);
+        EXPECT_EQ(irradiance.z, 0.0f);
+    }
+    EXPECT_EQ(ConstantEnvironmentTable().skyIrradiance, vec3(kPi));
+}
+
 // Above the horizon 3 and 5 by turns in bands of four columns, below it 0.4: the mean is 2.2, and what is
 // above half of it 1.9, 3.9 and nothing.
 TEST(EnvironmentTable, DensityIsThatOfTheLightAboveHalfOfTheMean) {

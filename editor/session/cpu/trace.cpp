@@ -126,6 +126,7 @@ CpuPath TraceOnCpu(const SceneCopy& scene, const passes::TraceSettings& settings
     if (HasTraceFeature(kTraceProbeMedia)) path.media = MediaAround(path.ray.origin);
     while (ExtendPath(path, limits)) {
     }
+    if (IsCaught(path)) FinishCaught(path);
     copiedScene = nullptr;
     return {IsFinite(path.radiance) ? path.radiance : vec3(0.0f), pathRecords.at.Take(pathRecords.count)};
 }

@@ -325,6 +325,11 @@ const std::vector<PictureSetting>& Table() {
             "transparent",
             "Leave out the environment where the camera sees it directly ({}); alpha is 0 there",
             [](auto& settings) -> auto& { return settings.paths.isEnvironmentHidden; }),
+        Switch(
+            "ground",
+            "Put a gray ground under the scene ({}), of which only the shadow is seen: a .png is as with "
+            "--backdrop map, and an .exr has the shadow in its alpha, as with --transparent on",
+            [](auto& settings) -> auto& { return settings.hasGround; }),
         {"texture-budget", "SIZE",
          "Bias: device memory of textures, as 512M; where they take more, large ones lose detail. Default: "
          "{}, "

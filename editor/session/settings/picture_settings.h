@@ -57,6 +57,9 @@ struct PictureSettings {
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // factor on a map's radiance
     // The constant radiance where no map is given. None: the scene's own environment, the studio, or black.
     std::optional<std::array<float, 3>> background;
+    // Puts a ground under the scene's bounds at rest (scene::GroundUnder). With paths.isEnvironmentHidden,
+    // only the shadow on it is seen.
+    bool hasGround = false;
     // Selects whether the studio is the environment: a session decides what Auto leaves open
     // (light_settings.h), and records its decision. Studio excludes a background and a map.
     DefaultLight light = DefaultLight::Auto;

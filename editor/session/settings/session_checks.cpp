@@ -70,6 +70,8 @@ void RequireValidDesc(const SessionDesc& desc) {
         RejectSetting("crop", Text("the view {} is drawn as a whole", Name(settings.view)));
     if (settings.light == DefaultLight::Studio && settings.background)
         RejectSetting("light", "the studio takes the place of a background");
+    if (settings.hasGround && settings.view != View::PathTraced)
+        RejectSetting("ground", Text("the view {} has no shadow on it", Name(settings.view)));
     if (const uint32_t samples = desc.batchSize; samples > 64 || (samples & (samples - 1)) != 0)
         Reject(Text("{} samples at once: a power of two up to 64", samples));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)

@@ -67,13 +67,29 @@ double SolidAngle(const image::ImageF& map, uint32_t y) {
            std::sin(0.5 * (theta1 - theta0));
 }
 
-glm::dvec3 MeanOverTheSphere(const image::ImageF& map, TexelMeans& means) {
-    glm::dvec3 flux(0.0);
+// Returns the integral, over the solid angle of a texel of row y, of the cosine to +y where that is positive.
+double CosineOfSky(const image::ImageF& map, uint32_t y) {
+    const auto sine2 = [&](uint32_t row) {  // of the angle to +y, at most 90 degrees
+        const double sine = std::sin(std::numbers::pi * std::min(row / static_cast<double>(map.height), 0.5));
+        return sine * sine;
+    };
+    return std::numbers::pi / map.width * (sine2(y + 1) - sine2(y));
+}
+
+struct EnvironmentMeans {
+    glm::dvec3 radiance{0.0};       // over the sphere
+    glm::dvec3 skyIrradiance{0.0};  // EnvironmentTable::skyIrradiance
+};
+
+EnvironmentMeans MeansOf(const image::ImageF& map, TexelMeans& means) {
+    EnvironmentMeans result;
     for (uint32_t y = 0; y < map.height; ++y) {
-        const double solidAngle = SolidAngle(map, y);
-        for (const glm::dvec3& texel : means.Row(y)) flux += solidAngle * texel;
+        glm::dvec3 sum(0.0);
+        for (const glm::dvec3& texel : means.Row(y)) sum += texel;
+        result.radiance += SolidAngle(map, y) / (4.0 * std::numbers::pi) * sum;
+        result.skyIrradiance += CosineOfSky(map, y) * sum;
     }
-    return flux / (4.0 * std::numbers::pi);
+    return result;
 }
 
 // Distributes the kEnvironmentSteps steps of u over the entries in proportion to their weights, with at least
@@ -136,8 +152,8 @@ EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCel
     const std::span<gpu::EnvironmentEntry> rows = std::span(result.entries).first(result.height);
 
     TexelMeans means(map);
-    const glm::dvec3 mean = MeanOverTheSphere(map, means);
-    const double level = kShareLeftToScattering * Luminance(mean);
+    const EnvironmentMeans mean = MeansOf(map, means);
+    const double level = kShareLeftToScattering * Luminance(mean.radiance);
     std::vector<double> rowWeights(result.height);
     std::vector<double> weights(result.width);
     for (uint32_t row = 0; row < result.height; ++row) {
@@ -159,7 +175,8 @@ EnvironmentTable BuildEnvironmentTable(const image::ImageF& map, uint64_t maxCel
                 cell.probability =
                     std::max(cell.probability * rows[row].probability, std::numeric_limits<float>::min());
     }
-    result.meanRadiance = glm::vec3(mean);
+    result.meanRadiance = glm::vec3(mean.radiance);
+    result.skyIrradiance = glm::vec3(mean.skyIrradiance);
     return result;
 }
 
@@ -213,6 +230,7 @@ EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& upload
     uploader.UploadTexture(result.map, std::as_bytes(std::span(map.rgba)));
     result.cells = {table.width, table.height};
     result.meanRadiance = table.meanRadiance;
+    result.skyIrradiance = table.skyIrradiance;
     return result;
 }
 
@@ -288,7 +306,9 @@ void SceneEnvironment::Declare(Renderer& renderer, SceneIds& ids, LightSet& ligh
     ids.environmentVersion = m_version;
     ids.environmentMap = renderer.Import("environmentMap", shown.map, shown.mapState);
     ids.environmentTable = renderer.Import("environmentTable", shown.table, shown.tableState);
-    lights.SetEnvironment(radiance * shown.meanRadiance, m_settings.rotation, shown.cells);
+    lights.SetEnvironment(radiance * shown.meanRadiance,
+                          static_cast<float>(Luminance(radiance * shown.skyIrradiance)), m_settings.rotation,
+                          shown.cells);
 }
 
 }  // namespace raygraph

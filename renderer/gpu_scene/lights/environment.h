@@ -9,6 +9,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <span>
@@ -28,6 +29,8 @@ struct EnvironmentTable {
     // The marginal entries of the rows, then the cells of each row.
     std::vector<gpu::EnvironmentEntry> entries;
     glm::vec3 meanRadiance{1.0f};  // mean of the map over the sphere, linear Rec. 709
+    // Irradiance of the map on a surface that faces +y; that of a map of ones by default.
+    glm::vec3 skyIrradiance{std::numbers::pi_v<float>};
 };
 
 inline constexpr uint64_t kMaxEnvironmentCells = uint64_t{1} << 22;
@@ -58,7 +61,8 @@ struct EnvironmentOnDevice {
     rhi::Buffer table;
     ResourceState tableState;
     glm::uvec2 cells{1};
-    glm::vec3 meanRadiance{1.0f};
+    glm::vec3 meanRadiance{1.0f};  // these two as in EnvironmentTable
+    glm::vec3 skyIrradiance{std::numbers::pi_v<float>};
 };
 
 // Uploads a map and its table, which are complete once the uploader's work is done. Throws Error{OutOfMemory}

@@ -369,9 +369,11 @@ void LightSet::SetGroups(LightGroups groups) {
     m_edits.isAll = true;
 }
 
-void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells) {
+void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float skyIrradiance, float rotation,
+                              glm::uvec2 cells) {
     m_edits.powersDirty |= m_scene.environmentRadiance != meanRadiance;
     m_scene.environmentRadiance = meanRadiance;
+    m_scene.skyIrradiance = skyIrradiance;
     m_scene.environmentRotation = rotation;
     m_scene.environmentWidth = cells.x;
     m_scene.environmentHeight = cells.y;

@@ -91,7 +91,7 @@ class LightSet {
     // Groups must have the scene's sizes and be in range.
     void SetGroups(LightGroups groups);
     // Sets the mean radiance over the sphere, and the size of the table from which directions are sampled.
-    void SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells);
+    void SetEnvironment(const glm::vec3& meanRadiance, float skyIrradiance, float rotation, glm::uvec2 cells);
 
     // Updates the tables, declares their upload, and sets the fields of `ids` that concern lights, except for
     // environmentTable. An upload that is culled, or whose frame is dropped, stays pending. `instances`,

@@ -104,6 +104,7 @@ void LightTable::Number(const LightScene& scene) {
         RG_CHECK_EQ(placement.firstLight, count);
         count += placement.lightCount;
     }
+    m_set.firstPunctual = count;
     m_punctualNumbers.resize(scene.punctual.size());
     for (const bool isDirectional : {false, true}) {
         for (size_t i = 0; i < scene.punctual.size(); ++i)
@@ -342,6 +343,7 @@ gpu::LightSetRecord LightTable::SetIn(const LightScene& scene) const {
     set.environmentRotation = scene.environmentRotation;
     set.environmentWidth = scene.environmentWidth;
     set.environmentHeight = scene.environmentHeight;
+    set.skyIrradiance = scene.skyIrradiance;
     return set;
 }
 

@@ -75,6 +75,7 @@ struct LightScene {
     LightGroups lightGroups;
 
     glm::vec3 environmentRadiance{0.0f};  // mean over the sphere
+    float skyIrradiance = 0.0f;           // LightSetRecord::skyIrradiance
     float environmentRotation = 0.0f;
     uint32_t environmentWidth = 1, environmentHeight = 1;  // cells of its table
 

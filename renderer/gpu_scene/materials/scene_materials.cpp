@@ -134,6 +134,7 @@ TraceFeatures LobeFeatures(const gpu::MaterialRecord& material) {
     if (HasFilm(material)) features |= kTraceIridescence;
     if (material.anisotropy > 0.0f) features |= kTraceAnisotropy;
     if (material.retroreflection > 0.0f) features |= kTraceRetroreflection;
+    if ((material.flags & gpu::kMaterialShadowCatcher) != 0u) features |= kTraceShadowCatcher;
     return features;
 }
 
@@ -259,7 +260,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.alphaMode = static_cast<uint32_t>(values.alphaMode);
     record.flags = (values.IsBackCulled() ? 0u : gpu::kMaterialTwoSided) |
                    (values.isUnlit ? gpu::kMaterialUnlit : 0u) |
-                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u) |
+                   (values.isShadowCatcher ? gpu::kMaterialShadowCatcher : 0u);
     if (values.isSpecularGlossiness && record.specularColorTexture != gpu::kNoTexture)
         record.flags |= gpu::kMaterialGlossiness;
     record.ior = values.ior > 0.0f ? values.ior : gpu::kInfiniteIor;

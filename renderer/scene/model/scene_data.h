@@ -156,6 +156,9 @@ struct RAYGRAPH_API Material {
     // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
+    // True: where the environment is hidden (passes::TraceSettings), the camera sees only the shadow on the
+    // surface, which is horizontal (shaders/integrator/shadow_catcher.glsl). No file has it: see GroundUnder.
+    bool isShadowCatcher = false;
 
     // Returns the textures whose texels are directions in the tangent frame. A primitive's tangents are
     // generated along the coordinates of the first of these whose set it has. Anisotropy without any such

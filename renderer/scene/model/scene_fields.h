@@ -175,7 +175,7 @@ constexpr MaterialField<T> Make(const FieldPlace<Material, T>& place, const Quan
     return {place, quantity.range, quantity.unit, quantity.omitsZero};
 }
 
-// All fields of a Material except its name, in the order of the struct.
+// All fields of a Material that a file has, except its name, in the order of the struct.
 inline constexpr auto kAll = std::tuple{
 #define RAYGRAPH_MATERIAL_FIELD(field, object, key, quantity) \
     Make(PlaceOf(&Material::field, #field, #object, #key), quantity),
@@ -377,7 +377,8 @@ struct Fields<TextureTransform> {
 template <>
 struct Fields<Material> {
     using Owner = Material;
-    static constexpr auto kAll = std::tuple_cat(std::tuple{ALWAYS(name)}, material_fields::kAll);
+    static constexpr auto kAll =
+        std::tuple_cat(std::tuple{ALWAYS(name), FIELD(isShadowCatcher)}, material_fields::kAll);
 };
 template <>
 struct Fields<Light> {
