@@ -132,10 +132,10 @@ class Document {
         size_t nodes = 0;
         size_t channels = 0;  // of animations: they move nothing any more, and files do not get them
     };
-    // A joint of a skin that something else has cannot be removed.
+    // A joint of a skin that something else has, also in another scene of the file, cannot be removed.
     Removed Remove(std::span<const uint32_t> nodes, GpuScene& gpu);
     // Puts nodes below another one (kNone: they become roots), before a child of it (kNone: at the end).
-    // Where they are in the world stays, to rounding.
+    // Where they are in the world stays, to rounding. No other scene of the file may lose them.
     void Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32_t before, GpuScene& gpu);
     // Returns the nodes that the last Undo or Redo has brought back.
     const std::vector<uint32_t>& Restored() const { return m_restored; }
@@ -176,6 +176,8 @@ class Document {
 
         uint32_t InstanceEnd() const { return firstInstance + instanceCount; }
     };
+    // Returns the other scenes of the file that have the node.
+    std::vector<size_t> OtherScenesWith(uint32_t node) const;
     // Returns whether a clip that is shown has a channel for the property.
     bool IsAnimated(scene::AnimatedProperty property, uint32_t object) const;
     // Returns the edit of rest values after which the values of `shown` are what is shown.

@@ -229,13 +229,20 @@ Document::Removed Document::Remove(std::span<const uint32_t> nodes, GpuScene& gp
         edits.push_back(PresenceEdit{top, false});
         for (const uint32_t node : Subtree(top)) isRemoved[node] = true;
     }
-    for (const uint32_t node : m_scene.nodeOrder) {
-        if (isRemoved[node]) ++removed.nodes;
-        if (isRemoved[node] || m_scene.nodes[node].skin == scene::kNone) continue;
+    // Nodes of other scenes of the file stay, too
+    const auto stays = [&](uint32_t node) {
+        for (; node != scene::kNone; node = m_scene.nodes[node].parent)
+            if (isRemoved[node] || m_isRemoved[node]) return false;
+        return true;
+    };
+    removed.nodes = static_cast<size_t>(std::ranges::count(isRemoved, true));
+    for (uint32_t node = 0; node < m_scene.nodes.size(); ++node) {
+        if (m_scene.nodes[node].skin == scene::kNone || !stays(node)) continue;
         for (const uint32_t joint : m_scene.skins[m_scene.nodes[node].skin].joints)
             if (isRemoved[joint])
-                throw MakeError(ErrorKind::Usage, "'{}' is a joint of the skin of '{}', which would stay",
-                                NameOf(joint), NameOf(node));
+                throw MakeError(ErrorKind::Usage, "'{}' is a joint of the skin of '{}', which {}",
+                                NameOf(joint), NameOf(node),
+                                IsPresent(node) ? "would stay" : "is in another scene of the file");
     }
     for (const scene::Animation& animation : m_scene.animations)
         for (const auto& [sampler, target] : animation.channels)
@@ -246,6 +253,14 @@ Document::Removed Document::Remove(std::span<const uint32_t> nodes, GpuScene& gp
     return removed;
 }
 
+std::vector<size_t> Document::OtherScenesWith(uint32_t node) const {
+    while (m_scene.nodes[node].parent != scene::kNone) node = m_scene.nodes[node].parent;
+    std::vector<size_t> scenes;
+    for (size_t i = 0; i < m_scene.otherScenes.size(); ++i)
+        if (std::ranges::count(m_scene.otherScenes[i], node) > 0) scenes.push_back(i);
+    return scenes;
+}
+
 void Document::Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32_t before, GpuScene& gpu) {
     const auto transforms = m_applier.NodeTransforms();
     const scene::PlacedTransform above =
@@ -254,6 +269,8 @@ void Document::Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32
         throw MakeError(ErrorKind::Usage, "'{}' is scaled to nothing: nothing can be put below it",
                         NameOf(parent));
     const glm::dmat3 toParent = glm::inverse(glm::dmat3(above.matrix));
+    const std::vector<size_t> scenes =
+        parent == scene::kNone ? std::vector<size_t>() : OtherScenesWith(parent);
     std::vector<Edit> edits;
     for (const uint32_t node : Tops(nodes)) {
         for (uint32_t other = parent; other != scene::kNone; other = m_scene.nodes[other].parent)
@@ -263,6 +280,9 @@ void Document::Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32
         if (node == before) continue;
         edits.push_back(ParentEdit{node, parent, before});
         if (m_scene.nodes[node].parent == parent) continue;
+        if (!std::ranges::includes(scenes, OtherScenesWith(node)))
+            throw MakeError(ErrorKind::Usage,
+                            "'{}' is in another scene of the file, too, which would lose it", NameOf(node));
         const glm::mat3 linear(toParent * glm::dmat3(transforms[node].matrix));
         const scene::FloatPair place =
             scene::ToFloatPair(toParent * (transforms[node].Place() - above.Place()));

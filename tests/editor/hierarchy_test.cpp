@@ -113,6 +113,30 @@ TEST_F(HierarchyEditTest, RefusedEditsChangeNothing) {
     EXPECT_EQ(Saved(), before);
 }
 
+// The second scene has the joints, too, and another node with their skin.
+TEST_F(HierarchyEditTest, WhatAnotherSceneNeedsStays) {
+    using namespace moving;
+    test::GltfDocument source = moving::Document();
+    const size_t twin = source.Add("nodes", {{"name", "twin"}, {"mesh", 0}, {"skin", 0}});
+    source.json["scenes"].push_back({{"nodes", {FirstJoint, SecondJoint, twin}}});
+    Open(source);
+    const std::string before = Saved();
+    EXPECT_EQ(Refusal([&] {
+                  document.Remove(std::vector<uint32_t>{Skinned, FirstJoint, SecondJoint}, gpu);
+              }),
+              "'first' is a joint of the skin of 'twin', which is in another scene of the file");
+    EXPECT_EQ(
+        Refusal([&] { document.Reparent(std::vector<uint32_t>{FirstJoint}, Slider, scene::kNone, gpu); }),
+        "'first' is in another scene of the file, too, which would lose it");
+    EXPECT_EQ(Saved(), before);
+    document.Reparent(std::vector<uint32_t>{FirstJoint}, SecondJoint, scene::kNone, gpu);
+    EXPECT_EQ(test::Json::parse(Saved())["scenes"][1]["nodes"], test::Json({size_t{SecondJoint}, twin}));
+    EXPECT_EQ(Refusal([&] {
+                  document.Reparent(std::vector<uint32_t>{FirstJoint}, scene::kNone, scene::kNone, gpu);
+              }),
+              "'first' is in another scene of the file, too, which would lose it");
+}
+
 // Other indices would then name other nodes.
 TEST_F(HierarchyEditTest, AnUnknownExtensionKeepsTheIndicesOfNodes) {
     test::GltfDocument source = moving::Document();

@@ -207,6 +207,7 @@ SceneData PoseOutline(const SceneData& scene) {
     outline.materials = scene.materials;
     outline.nodes = scene.nodes;
     outline.nodeOrder = scene.nodeOrder;
+    outline.otherScenes = scene.otherScenes;
     outline.instances = scene.instances;
     outline.cameras = scene.cameras;
     outline.lights = scene.lights;

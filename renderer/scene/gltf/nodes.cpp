@@ -160,7 +160,10 @@ class GraphReader {
             requested.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(requested);
         m_indices.scene = static_cast<uint32_t>(chosen);
         m_scene.name = scenes[chosen].name;
-        return std::move(roots[chosen]);
+        std::vector<uint32_t> own = std::move(roots[chosen]);
+        roots.erase(roots.begin() + static_cast<std::ptrdiff_t>(chosen));
+        m_scene.otherScenes = std::move(roots);
+        return own;
     }
 
     std::vector<uint32_t> ReadSceneRoots(size_t scene) const {

@@ -336,6 +336,7 @@ struct SceneData {
     std::vector<ImageData> images;    // only those that textures use
     std::vector<Node> nodes;          // all of the file's nodes, in the file's order
     std::vector<uint32_t> nodeOrder;  // the nodes of the loaded scene, every parent before its children
+    std::vector<std::vector<uint32_t>> otherScenes;  // the roots of each other scene of the file
     // One per node of `nodeOrder` whose mesh has a primitive, in that order; those of a node with
     // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or to a line is left out when
     // loading, with a warning.

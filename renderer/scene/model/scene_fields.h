@@ -360,7 +360,7 @@ FIELDS(Camera, ALWAYS(name), ALWAYS(node), ALWAYS(projection), ALWAYS(yFov), ALW
 FIELDS(LightProfile, ALWAYS(name), ALWAYS(type), ALWAYS(vertical), ALWAYS(horizontal), ALWAYS(candela))
 FIELDS(EnvironmentLight, NEVER(name), NEVER(faceSize), ALWAYS(map))
 FIELDS(SceneData, NEVER(name), ALWAYS(meshes), ALWAYS(materials), ALWAYS(textures), ALWAYS(images),
-       ALWAYS(nodes), ALWAYS(nodeOrder), ALWAYS(instances), ALWAYS(cameras), ALWAYS(lights),
+       ALWAYS(nodes), ALWAYS(nodeOrder), NEVER(otherScenes), ALWAYS(instances), ALWAYS(cameras), ALWAYS(lights),
        LABELED(profiles, ""), LABELED(environment, ""), ALWAYS(bounds), NEVER(warnings), NEVER(variants),
        NEVER(variant), LABELED(skins, ""), LABELED(animations, ""))
 FIELDS(Skin, NEVER(name), ALWAYS(joints), ALWAYS(inverseBinds))
