@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <iterator>
 #include <utility>
 
 #include "base/overloaded.h"
 #include "base/text.h"
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/geometry/transforms.h"
-#include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/check.h"
 #include "renderer/scene/model/scene_fields.h"
 #include "renderer/scene/model/variants.h"
@@ -82,6 +82,8 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
         m_rest.animations.clear();
     }
     if (!hash.empty()) m_hashes[m_scene.variant] = std::move(hash);
+    TakeImages(data);
+    std::ranges::transform(data.meshes, std::back_inserter(m_meshFacts), FactsOf);
     m_allChildren.resize(m_scene.nodes.size());
     m_isRemoved.resize(m_scene.nodes.size());
     for (const uint32_t node : m_scene.nodeOrder) SiblingsOf(m_scene.nodes[node].parent).push_back(node);
@@ -175,7 +177,8 @@ void Document::Apply(std::span<const Edit> edits, GpuScene& gpu) {
 }
 
 void Document::WriteFile(const std::filesystem::path& to) const {
-    scene::SaveGltf(m_file, Rest(), to, {.root = m_root}, {m_json, m_copiedFrom});
+    const std::vector<scene::ReplacedImage> images = ReplacedImages();
+    scene::SaveGltf(m_file, Rest(), to, {.root = m_root}, {m_json, m_copiedFrom, images});
 }
 
 void Document::Save(const std::filesystem::path& to) {
@@ -340,6 +343,7 @@ Edit Document::ToRestEdit(const Edit& shown) const {
                                      scene::Check(edit.values, Text("light {}", e.light));
                                      return edit;
                                  },
+                                 [&](const ImageEdit& e) -> Edit { return e; },
                                  [&](const auto& e) -> Edit {  // the hierarchy
                                      RequireIndex("node", e.node, m_scene.nodes.size());
                                      return e;
@@ -382,6 +386,9 @@ Edit Document::Current(const Edit& of) const {
             [&](const PresenceEdit& e) -> Edit {
                 return PresenceEdit{e.node, !m_isRemoved.at(e.node)};
             },
+            [&](const ImageEdit& e) -> Edit {
+                return ImageEdit{e.image, m_images.at(e.image).shown};
+            },
         },
         of);
 }
@@ -410,9 +417,12 @@ void Document::Set(const Edit& edit) {
                        [&](const NameEdit& e) { scene.nodes[e.node].name = e.name; },
                        [&](const ParentEdit& e) { scene.nodes[e.node].parent = e.parent; },
                        [](const PresenceEdit&) {},
+                       [](const ImageEdit&) {},
                    },
                    edit);
     };
+    if (const ImageEdit* const shown = std::get_if<ImageEdit>(&edit))
+        m_images[shown->image].shown = shown->choice;
     if (const ParentEdit* const moved = std::get_if<ParentEdit>(&edit)) {
         std::erase(SiblingsOf(m_scene.nodes[moved->node].parent), moved->node);
         std::vector<uint32_t>& siblings = SiblingsOf(moved->parent);
@@ -427,6 +437,7 @@ void Document::Set(const Edit& edit) {
 }
 
 void Document::Follow(std::span<const Edit> edits, GpuScene& gpu) {
+    ShowImages(gpu);
     std::vector<uint32_t> nodes, materials, lights;
     bool isReordered = false;
     for (const Edit& edit : edits) {
@@ -434,6 +445,7 @@ void Document::Follow(std::span<const Edit> edits, GpuScene& gpu) {
                        [&](const MaterialEdit& e) { materials.push_back(e.material); },
                        [&](const LightEdit& e) { lights.push_back(e.light); },
                        [](const NameEdit&) {},
+                       [](const ImageEdit&) {},
                        [&](const auto& e) {
                            using Kind = std::decay_t<decltype(e)>;
                            isReordered |=

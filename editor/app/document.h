@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,9 +17,11 @@
 #include <vector>
 
 #include "editor/app/file_content.h"
+#include "editor/app/mesh_facts.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/transforms.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "renderer/scene/model/scene_data.h"
 
 namespace raygraph::editor {
@@ -62,8 +65,21 @@ struct PresenceEdit {
     uint32_t node = 0;
     bool isPresent = true;
 };
+// Shows one of an image's pictures: 0 is that of the scene, others are those of Document::ReplaceImage.
+struct ImageEdit {
+    uint32_t image = 0;
+    uint32_t choice = 0;
+};
 using Edit = std::variant<TransformEdit, PartsEdit, VisibilityEdit, MaterialEdit, LightEdit, NameEdit,
-                          ParentEdit, PresenceEdit>;
+                          ParentEdit, PresenceEdit, ImageEdit>;
+
+// Describes the picture that an image has now.
+struct ImageFacts {
+    std::string name;
+    std::string file;                // its path, from the scene's folder if it was not replaced; "": embedded
+    uint32_t width = 0, height = 0;  // pixels
+    bool isReplaced = false;         // by Document::ReplaceImage
+};
 
 // Says what a node is in the hierarchy: by the first of these that it has.
 enum class NodeKind : uint8_t { Mesh, Light, Camera, Joint, Empty };
@@ -137,6 +153,16 @@ class Document {
     // Puts nodes below another one (kNone: they become roots), before a child of it (kNone: at the end).
     // Where they are in the world stays, to rounding. No other scene of the file may lose them.
     void Reparent(std::span<const uint32_t> nodes, uint32_t parent, uint32_t before, GpuScene& gpu);
+    // --- Images, each named by one of the textures that show it.
+    //
+    ImageFacts ImageOf(uint32_t texture) const;
+    // Lets the textures that share the image of this one show the picture of a file, in one step of the
+    // history. Throws Error{Io} or Error{BadInput} in one line if the file is no picture that LoadGltf reads,
+    // and what GpuScene::Add throws; then nothing changes. What was replaced keeps its memory on the device.
+    void ReplaceImage(uint32_t texture, const std::filesystem::path& file, GpuScene& gpu);
+    // Returns a number that grows when a picture on the device is exchanged.
+    uint64_t ImageRevision() const { return m_imageRevision; }
+    const MeshFacts& FactsOfMesh(uint32_t mesh) const { return m_meshFacts.at(mesh); }
     // Returns the nodes that the last Undo or Redo has brought back.
     const std::vector<uint32_t>& Restored() const { return m_restored; }
     // Ends a step of the history: the next edit starts a new one.
@@ -176,6 +202,20 @@ class Document {
 
         uint32_t InstanceEnd() const { return firstInstance + instanceCount; }
     };
+    // Holds the pictures that an image has had.
+    struct EditedImage {
+        struct Choice {
+            ImageFacts facts;
+            std::shared_ptr<const std::vector<std::byte>> bytes = {};  // of the file; null: the scene's own
+            // The textures of the device that have its picture, by texture of the image.
+            std::vector<uint32_t> textures = {};
+        };
+        std::vector<Choice> choices;
+        uint32_t shown = 0, onDevice = 0;
+    };
+    void TakeImages(const scene::SceneData& data);
+    void ShowImages(GpuScene& gpu);  // on the device
+    std::vector<scene::ReplacedImage> ReplacedImages() const;
     // Returns the other scenes of the file that have the node.
     std::vector<size_t> OtherScenesWith(uint32_t node) const;
     // Returns whether a clip that is shown has a channel for the property.
@@ -239,6 +279,9 @@ class Document {
     std::vector<Placed> m_placed;        // indexed by node
     std::vector<bool> m_isJoint;         // indexed by the nodes of the file
     std::vector<bool> m_isNodeAnimated;  // some animation changes a part of its transform
+    std::vector<EditedImage> m_images;   // by image of the scene
+    uint64_t m_imageRevision = 0;
+    std::vector<MeshFacts> m_meshFacts;
     std::vector<Step> m_steps;
     size_t m_saved = 0;  // m_done when the scene was saved; kNeverSaved: no state equals the saved one
     size_t m_done = 0;   // steps in effect; later ones can be redone

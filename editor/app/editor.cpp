@@ -168,7 +168,9 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
         return false;
     }
     const TextureId picture = m_work.view.Declare();
-    const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
+    const TextureId outlined = m_work.view.DeclareOutline(picture);
+    const TextureId drawn = m_ui.Draw(renderer, *target, outlined,
+                                      m_work.thumbnails.Declare(renderer, m_work.gpu, m_work.document));
     if (!m_pictureFile.empty() && picture.IsValid() && HasSample())
         m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false,
                             m_work.view.Progress().denoisedSamples});
@@ -184,7 +186,7 @@ void Editor::DrawLastPicture(Screen& screen, const FrameInput& input) {
     renderer.BeginFrame();
     if (m_work.IsLoading()) static_cast<void>(m_work.gpu.Declare(renderer));  // declares the copies
     if (const std::optional<TextureId> target = screen.Begin(renderer, input.extent))
-        screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareLastPicture()));
+        screen.End(renderer, m_ui.Draw(renderer, *target, m_work.view.DeclareLastPicture(), {}));
     else
         renderer.DropFrame();
 }
@@ -289,6 +291,7 @@ void Editor::BuildUi(const FrameInput& input) {
     AddMenu();
     m_dialog.Draw(m_work.recent);
     m_unsaved.Draw(input);
+    if (m_work.imageToReplace) ShowReplaceImageDialog(*std::exchange(m_work.imageToReplace, std::nullopt));
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     PanelSizes& sizes = m_work.panelSizes;
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;

@@ -78,6 +78,7 @@ class Editor {
     void AddMenu();
     void ShowOpenDialog();
     void ShowSavePictureDialog();
+    void ShowReplaceImageDialog(uint32_t texture);
     // Returns `stem` as the suggested name of a .png, which says if the picture is denoised.
     std::string PictureName(const std::string& stem) const;
     void ShowSaveSceneDialog();

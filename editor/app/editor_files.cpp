@@ -113,6 +113,17 @@ void Editor::ShowOpenDialog() {
         });
 }
 
+void Editor::ShowReplaceImageDialog(uint32_t texture) {
+    const std::string current = m_work.document.ImageOf(texture).file;
+    m_dialog.Ask(
+        {.title = "Exchange the image",
+         .hint = "A picture for the textures that show this image: .png, .jpg, .webp, .dds, .ktx2",
+         .purpose = FileQuestion::For::Reading,
+         .suggestion = m_work.document.File().parent_path() / current,
+         .extensions = {".png", ".jpg", ".jpeg", ".webp", ".dds", ".ktx2"}},
+        [this, texture](const std::filesystem::path& file) { return m_work.ReplaceImage(texture, file); });
+}
+
 std::string Editor::PictureName(const std::string& stem) const {
     return stem + (m_work.view.Progress().denoisedSamples > 0 ? "-denoised.png" : ".png");
 }

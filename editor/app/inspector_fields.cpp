@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <type_traits>
+#include <utility>
 
 #include "base/text.h"
 #include "editor/session/settings/parse.h"
@@ -82,6 +83,35 @@ bool IsUnused(const scene::Material& material, std::string_view group) {
             isUnused &= material.*field.member == unchanged.*field.member;
     });
     return isUnused;
+}
+
+const char* ChannelsOf(std::string_view field) {
+    constexpr std::pair<std::string_view, const char*> kChannels[] = {
+        {"baseColorTexture", "RGBA"},
+        {"metallicRoughnessTexture", "GB"},
+        {"normalTexture", "RGB"},
+        {"occlusionTexture", "R"},
+        {"emissiveTexture", "RGB"},
+        {"specularTexture", "A"},
+        {"specularColorTexture", "RGB"},
+        {"transmissionTexture", "R"},
+        {"clearcoatTexture", "R"},
+        {"clearcoatRoughnessTexture", "G"},
+        {"clearcoatNormalTexture", "RGB"},
+        {"sheenColorTexture", "RGB"},
+        {"sheenRoughnessTexture", "A"},
+        {"anisotropyTexture", "RGB"},
+        {"iridescenceTexture", "R"},
+        {"iridescenceThicknessTexture", "G"},
+        {"diffuseTransmissionTexture", "A"},
+        {"diffuseTransmissionColorTexture", "RGB"},
+        {"retroreflectionTexture", "R"},
+        {"scatterStrengthTexture", "A"},
+        {"scatterColorTexture", "RGB"},
+    };
+    for (const auto& [name, channels] : kChannels)
+        if (name == field) return channels;
+    return "";
 }
 
 PickedColor ToPicked(const glm::vec3& linear) {

@@ -26,6 +26,9 @@ std::string GroupOf(std::string_view object, std::string_view name);
 // closed.
 bool IsUnused(const scene::Material& material, std::string_view group);
 
+// Returns the channels that a material reads of a texture, by the texture's field; "" for no such field.
+const char* ChannelsOf(std::string_view field);
+
 // A color as a user sees and picks it, encoded in sRGB and at most 1, and its brightness above that: linear =
 // brightness * decoded.
 struct PickedColor {

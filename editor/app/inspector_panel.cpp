@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <glm/gtc/type_ptr.hpp>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -12,7 +14,9 @@
 
 #include "base/text.h"
 #include "editor/app/inspector_fields.h"
+#include "editor/app/mesh_facts.h"
 #include "editor/app/panels.h"
+#include "editor/app/ui.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::editor {
@@ -180,18 +184,54 @@ bool Edits(Workspace& work, Value& value, const Field& field, std::string_view u
     return isEdited;
 }
 
-// Draws a texture's name, and its transform below it. Returns true if it was edited.
+// Draws a small picture of the texture in a square.
+void Thumbnail(Workspace& work, uint32_t texture) {
+    constexpr float kSide = 52.0f;  // points
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    ImGui::Dummy({kSide, kSide});
+    if (!ImGui::IsItemVisible()) return;
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(corner, {corner.x + kSide, corner.y + kSide}, ImGui::GetColorU32(ImGuiCol_FrameBg));
+    const std::optional<Thumbnails::Picture> picture = work.thumbnails.Show(work.document, texture);
+    if (!picture) return;
+    const glm::vec2 extent = picture->to - picture->from;
+    const glm::vec2 size = kSide * extent / std::max(extent.x, extent.y), edge = 0.5f * (kSide - size);
+    const ImVec2 from{corner.x + edge.x, corner.y + edge.y};
+    list.AddImage(ThumbnailTexture(), from, {from.x + size.x, from.y + size.y},
+                  {picture->from.x, picture->from.y}, {picture->to.x, picture->to.y});
+}
+
+// Draws a texture: its picture and what it is, a button that exchanges its image, and its transform. Returns
+// true if the transform was edited.
 bool TextureFields(Workspace& work, const char* fieldName, scene::TextureRef& texture) {
     if (!texture.IsPresent()) return false;
-    const std::string& name = work.document.Scene().textures[static_cast<size_t>(texture.texture)].name;
-    const std::string label = Text("{} {}###{}", LabelOf(fieldName),
-                                   name.empty() ? std::to_string(texture.texture) : name, fieldName);
-    if (!ImGui::TreeNode(label.c_str())) return false;
+    const auto index = static_cast<uint32_t>(texture.texture);
+    const ImageFacts image = work.document.ImageOf(index);
+    const bool isSrgb = work.document.Scene().textures[index].colorSpace == scene::ColorSpace::Srgb;
+    const std::string place = image.file.empty() ? Text("{} (embedded)", image.name) : image.file;
+    ImGui::PushID(fieldName);
+    ImGui::BeginGroup();
+    Thumbnail(work, index);
+    ImGui::SameLine();
+    ImGui::BeginGroup();
+    ImGui::TextUnformatted(LabelOf(fieldName).c_str());
+    ImGui::TextDisabled(
+        "%s", (image.isReplaced ? std::filesystem::path(place).filename().string() : place).c_str());
+    ImGui::TextDisabled("%u x %u, %s, %s", image.width, image.height, isSrgb ? "sRGB" : "linear",
+                        ChannelsOf(fieldName));
+    ImGui::EndGroup();
+    ImGui::EndGroup();
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", place.c_str());
+    if (ImGui::SmallButton("exchange...")) work.imageToReplace = index;
+    ImGui::SameLine();
     bool isEdited = false;
-    scene::ForEachTransformField([&](const auto& field) {
-        isEdited |= Edits(work, texture.transform.*field.member, field, field.unit);
-    });
-    ImGui::TreePop();
+    if (ImGui::TreeNode("transform")) {
+        scene::ForEachTransformField([&](const auto& field) {
+            isEdited |= Edits(work, texture.transform.*field.member, field, field.unit);
+        });
+        ImGui::TreePop();
+    }
+    ImGui::PopID();
     return isEdited;
 }
 
@@ -305,6 +345,15 @@ void InspectorPanel(Workspace& work) {
         LightFields(work, light);
     }
     ImGui::PopItemWidth();
+    if (const uint32_t mesh = scene.nodes[node].mesh; mesh != scene::kNone) {
+        ImGui::Separator();
+        const std::string& name = scene.meshes[mesh].name;
+        ImGui::Text("Mesh %s", name.empty() ? std::to_string(mesh).c_str() : name.c_str());
+        ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
+        for (const std::string& line : LinesOf(work.document.FactsOfMesh(mesh)))
+            ImGui::TextWrapped("%s", line.c_str());
+        ImGui::PopStyleColor();
+    }
 }
 
 }  // namespace raygraph::editor

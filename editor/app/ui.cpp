@@ -29,7 +29,7 @@ struct Geometry {
     std::vector<Part> parts;
 };
 
-Geometry GeometryOf(const ImDrawData& data, rhi::Extent2D extent, bool hasPicture) {
+Geometry GeometryOf(const ImDrawData& data, rhi::Extent2D extent, bool hasPicture, bool hasThumbnails) {
     Geometry geometry;
     for (int i = 0; i < data.CmdListsCount; ++i) {
         const ImDrawList& list = *data.CmdLists[i];
@@ -39,8 +39,10 @@ Geometry GeometryOf(const ImDrawData& data, rhi::Extent2D extent, bool hasPictur
         for (const ImDrawIdx index : list.IdxBuffer) geometry.indices.push_back(firstVertex + index);
         for (const ImDrawCmd& command : list.CmdBuffer) {
             if (command.UserCallback) continue;
-            const uint32_t source = command.GetTexID() == PictureTexture() ? 1 : 0;
-            if (source == 1 && !hasPicture) continue;
+            const uint32_t source = command.GetTexID() == PictureTexture()     ? 1
+                                    : command.GetTexID() == ThumbnailTexture() ? 2
+                                                                               : 0;
+            if ((source == 1 && !hasPicture) || (source == 2 && !hasThumbnails)) continue;
             const auto pixels = [&](float points, float scale, uint32_t limit) {
                 return std::clamp(static_cast<int32_t>(points * scale), 0, static_cast<int32_t>(limit));
             };
@@ -147,10 +149,11 @@ TextureId Ui::DeclareAtlas(Renderer& renderer) {
     return atlas;
 }
 
-TextureId Ui::Draw(Renderer& renderer, TextureId target, TextureId picture) {
+TextureId Ui::Draw(Renderer& renderer, TextureId target, TextureId picture, TextureId thumbnails) {
     const ImDrawData& data = *ImGui::GetDrawData();
     const rhi::Extent2D extent = renderer.Desc(target).extent;
-    auto geometry = std::make_shared<const Geometry>(GeometryOf(data, extent, picture.IsValid()));
+    auto geometry =
+        std::make_shared<const Geometry>(GeometryOf(data, extent, picture.IsValid(), thumbnails.IsValid()));
     if (geometry->parts.empty()) return target;
     const TextureId atlas = DeclareAtlas(renderer);
     const auto buffer = [&](const char* name, size_t bytes) {
@@ -174,6 +177,7 @@ TextureId Ui::Draw(Renderer& renderer, TextureId target, TextureId picture) {
             pass.ReadsIndices(indices);
             pass.Reads("atlas", atlas, smooth);
             pass.Reads("picture", picture.IsValid() ? picture : atlas, exact);
+            pass.Reads("thumbnails", thumbnails.IsValid() ? thumbnails : atlas, smooth);
             pass.Constants(constants);
             target = pass.ColorTarget(0, target, {.value = {0.0f, 0.0f, 0.0f, 1.0f}});
         },

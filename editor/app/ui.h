@@ -15,6 +15,11 @@ inline ImTextureID PictureTexture() {
     return reinterpret_cast<ImTextureID>(uintptr_t{1});
 }
 
+// Likewise for the thumbnails.
+inline ImTextureID ThumbnailTexture() {
+    return reinterpret_cast<ImTextureID>(uintptr_t{2});
+}
+
 // Owns the only ImGui context of the process, with the editor's fonts and style.
 class Ui {
   public:
@@ -28,9 +33,10 @@ class Ui {
     void Begin(const FrameInput& input);
     // Ends the calls; Draw draws the result.
     void End();
-    // Draws over all of `target`, a color target of the window's extent. `picture` is not drawn if it is
-    // invalid. Returns the target's new version.
-    [[nodiscard]] TextureId Draw(Renderer& renderer, TextureId target, TextureId picture);
+    // Draws over all of `target`, a color target of the window's extent. `picture` and `thumbnails` are not
+    // drawn if they are invalid. Returns the target's new version.
+    [[nodiscard]] TextureId Draw(Renderer& renderer, TextureId target, TextureId picture,
+                                 TextureId thumbnails);
 
   private:
     TextureId DeclareAtlas(Renderer& renderer);

@@ -210,6 +210,17 @@ void Workspace::Rename(uint32_t node, const std::string& name) {
     FollowHierarchy();
 }
 
+std::string Workspace::ReplaceImage(uint32_t texture, const std::filesystem::path& file) {
+    std::string why;
+    try {
+        document.ReplaceImage(texture, file, gpu);
+        ShowMessage(Text("the image is {} now", file.filename()));
+    } catch (const std::exception& error) {
+        ReportError(why = error.what());
+    }
+    return why;
+}
+
 void Workspace::StartRename() {
     if (!selectedNode) return;
     panels.hierarchy = true;
@@ -481,6 +492,8 @@ bool Workspace::Show(LoadedScene loaded) {
     AddRecentFile(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
     m_hierarchyFilter.clear();
+    thumbnails.Clear();
+    imageToReplace.reset();
     nodeToReveal.reset();
     nameDraft.reset();
     Select(std::nullopt);

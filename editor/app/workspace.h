@@ -22,6 +22,7 @@
 #include "editor/app/log_history.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/settings.h"
+#include "editor/app/thumbnails.h"
 #include "editor/app/timeline.h"
 #include "editor/session/settings/scene_input.h"
 #include "editor/viewport/viewport.h"
@@ -155,6 +156,9 @@ class Workspace {
     // Puts the selection (if `node` is part of it, else the node alone) below `parent`, else makes it roots.
     void Reparent(uint32_t node, std::optional<uint32_t> parent);
     void Rename(uint32_t node, const std::string& name);
+    // Lets the textures that share the image of this one show a file's picture. Returns why it cannot be, in
+    // one line; "": it is done.
+    std::string ReplaceImage(uint32_t texture, const std::filesystem::path& file);
     void StartRename();  // lets the name of the selection be typed in the hierarchy
     void Undo();
     void Redo();
@@ -203,6 +207,8 @@ class Workspace {
     bool isHierarchyFocused = false;       // the last click was in its panel, which takes its keys
     std::optional<uint32_t> pressedRow;    // one of several selected nodes; selected alone on release
     std::optional<NameDraft> nameDraft;
+    Thumbnails thumbnails;
+    std::optional<uint32_t> imageToReplace;    // a texture; its image is to be asked for
     std::optional<uint32_t> selectedNode;      // the active one of the selected nodes
     std::vector<uint32_t> selectedNodes;       // all of them
     std::optional<uint32_t> selectedMaterial;  // material of the pick

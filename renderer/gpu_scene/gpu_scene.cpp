@@ -186,6 +186,22 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     WithMemoryErrors("SetMaterial", [&] { m_impl->scene->SetMaterial(material, record); });
 }
 
+TextureSetId GpuScene::Textures(Renderer& renderer) const {
+    return renderer.Import("textures", m_impl->scene->materials->Textures().Table());
+}
+
+void GpuScene::SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b) {
+    m_impl->RequireNoFrame("SwapTextures");
+    if (a.size() != b.size())
+        throw MakeError(ErrorKind::Usage, "GpuScene: SwapTextures: {} and {} textures", a.size(), b.size());
+    const TextureSet& textures = m_impl->scene->materials->Textures();
+    for (const std::span<const uint32_t> list : {a, b})
+        for (const uint32_t texture : list)
+            if (!textures.Exists(texture))
+                throw MakeError(ErrorKind::Usage, "GpuScene: SwapTextures: there is no texture {}", texture);
+    WithMemoryErrors("SwapTextures", [&] { m_impl->scene->SwapTextures(a, b); });
+}
+
 void GpuScene::SetVariant(uint32_t variant) {
     m_impl->RequireNoFrame("SetVariant");
     if (variant != scene::kNone) RequireIndex("variant", variant, m_impl->scene->geometry->variantCount);

@@ -266,6 +266,12 @@ class RAYGRAPH_API GpuScene {
     // Error{OutOfMemory}.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
+    // Exchanges the images of a[0] and b[0], of a[1] and b[1] and so on, in all materials: what read one
+    // texture reads the other one's image, with its sampler. Light sampling keeps the means of emissive
+    // textures that it has. Throws Error{Usage} for textures that do not exist and lists of different
+    // lengths; Error{OutOfMemory}, after which some materials may still show what they did.
+    void SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b);
+
     // Shows a variant of the scene, an index into SceneData::variants; scene::kNone: none. SetScene shows
     // SceneData::variant. The picture equals that of a scene that was set with this variant
     // (scene::SetVariant), except for materials that SetMaterial has changed. Rebuilds the light tables if
@@ -315,6 +321,8 @@ class RAYGRAPH_API GpuScene {
     const SceneRevisions& Revisions() const;
     // Describes what passes of the last frame read by address and by slot, for a copy of the scene.
     SceneMemory Memory() const;
+    // Imports the textures of the scene for a pass of the host, which reads them by the slots of Memory().
+    TextureSetId Textures(Renderer& renderer) const;
     // Returns whether structures and deformed vertices are up to date: another frame without an edit would
     // build, compact, deform and refit nothing. The device's structures are ignored if the last frame traced
     // by Raygraph's own BVHs alone.

@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/error.h"
@@ -12,6 +13,7 @@
 #include "editor/app/document.h"
 #include "editor/app/hierarchy.h"
 #include "editor/app/inspector_fields.h"
+#include "editor/app/mesh_facts.h"
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/gltf/load_gltf.h"
@@ -592,6 +594,34 @@ TEST(InspectorFields, AreInGroupsOfWhichUnusedOnesAreClosed) {
     EXPECT_TRUE(IsUnused(material, "Clearcoat"));
     material.clearcoatTexture.texture = 0;
     EXPECT_FALSE(IsUnused(material, "Clearcoat"));
+}
+
+TEST(InspectorFields, EachTextureSaysWhichChannelsAreRead) {
+    scene::ForEachMaterialField([](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef Material::*>) {
+            EXPECT_STRNE(ChannelsOf(field.name), "") << field.name;
+        }
+    });
+    EXPECT_STREQ(ChannelsOf("metallicRoughnessTexture"), "GB");
+}
+
+TEST(MeshFacts, AreWhatTheMeshHas) {
+    scene::Mesh mesh;
+    mesh.weights = {0.0f, 0.5f};
+    for (uint32_t material : {4u, 5u}) {
+        scene::Primitive& triangle = mesh.primitives.emplace_back();
+        triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 2, 0}};
+        triangle.normals.assign(3, {0, 0, 1});
+        triangle.indices = {0, 1, 2, 2, 1, 0};
+        triangle.material = material;
+        triangle.bounds = scene::BoundsOf(triangle.positions);
+    }
+    mesh.primitives[1].uv0.resize(3);
+    mesh.primitives[1].influences.perVertex = 4;
+    EXPECT_EQ(LinesOf(FactsOf(mesh)),
+              (std::vector<std::string>{"4 triangles, 6 vertices", "2 primitives, 2 materials",
+                                        "POSITION, NORMAL, TEXCOORD_0, JOINTS, WEIGHTS", "1 x 2 x 0 m",
+                                        "2 morph targets", "skinned"}));
 }
 
 TEST(InspectorFields, ColorsArePickedInSrgb) {

@@ -379,6 +379,11 @@ void SceneObjects::SetMaterial(uint32_t material, const gpu::MaterialRecord& rec
     draws.MarkNumbersDirty();
 }
 
+void SceneObjects::SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b) {
+    ++m_context.revisions.geometry;  // alpha comes from another texture
+    for (const auto& [material, record] : materials->SwapTextures(a, b)) SetMaterial(material, record);
+}
+
 void SceneObjects::SetVariant(uint32_t variant) {
     const KindChanges changes =
         // Everything that may fail comes first.

@@ -86,6 +86,7 @@ class SceneObjects {
                        std::span<const scene::PlacedTransform> objectToWorld);
     void SetVisible(std::span<const uint32_t> indices, bool isVisible);
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record);
+    void SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b);
     void SetVariant(uint32_t variant);
     void SetViewpoint(const glm::dvec3& eye);
     // Chooses the origin by the current instances alone, not by former ones.

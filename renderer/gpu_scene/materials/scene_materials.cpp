@@ -68,6 +68,41 @@ void SceneMaterials::RemoveTexture(uint32_t texture) {
     m_featuresDirty = true;
 }
 
+std::vector<SceneMaterials::ChangedRecord> SceneMaterials::SwapTextures(std::span<const uint32_t> a,
+                                                                        std::span<const uint32_t> b) {
+    std::map<uint32_t, uint32_t> now;             // by slot: the slot that takes its place
+    std::map<uint32_t, const SceneImage*> shown;  // by new slot
+    for (size_t i = 0; i < a.size(); ++i) {
+        const uint32_t slots[] = {m_textures->Slot(a[i]), m_textures->Slot(b[i])};
+        now[slots[0]] = slots[1];
+        now[slots[1]] = slots[0];
+        shown[slots[0]] = &m_textures->Image(a[i]);
+        shown[slots[1]] = &m_textures->Image(b[i]);
+    }
+    std::vector<ChangedRecord> changed;
+    for (uint32_t material = 0; material < Size(); ++material) {
+        if (!Exists(material)) continue;
+        gpu::MaterialRecord record = Records()[material];
+        bool isChanged = false;
+        const auto follow = [&](uint32_t& slot) {
+            if (slot == gpu::kNoTexture) return;
+            const auto found = now.find(slot & ~gpu::kSecondTexCoord);
+            if (found == now.end()) return;
+            slot = found->second | (slot & gpu::kSecondTexCoord);
+            isChanged = true;
+        };
+#define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) follow(record.name##Texture);
+#include "shaders/shared/material_list.h"
+        if (!isChanged) continue;
+        changed.push_back({material, record});
+        if (const auto found = shown.find(record.baseColorTexture & ~gpu::kSecondTexCoord);
+            record.baseColorTexture != gpu::kNoTexture && found != shown.end())
+            m_uses[material].textureAlpha = found->second->lowestAlpha;
+    }
+    for (size_t i = 0; i < a.size(); ++i) m_textures->Swap(a[i], b[i]);
+    return changed;
+}
+
 gpu::MaterialRecord SceneMaterials::Set(uint32_t material, const gpu::MaterialRecord& record) noexcept {
     m_featuresDirty = true;
     return std::exchange(m_records.Edit(material), record);

@@ -35,6 +35,13 @@ class SceneMaterials {
     // These calls remove what nothing uses.
     void Remove(uint32_t material) noexcept;
     void RemoveTexture(uint32_t texture);
+    struct ChangedRecord {
+        uint32_t material = 0;
+        gpu::MaterialRecord record;
+    };
+    // Exchanges the images of two textures, and of the next two, and so on. Returns the records that
+    // materials then have to be given by Set, as slots have changed.
+    std::vector<ChangedRecord> SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b);
     // Returns the previous record of the material.
     gpu::MaterialRecord Set(uint32_t material, const gpu::MaterialRecord& record) noexcept;
     // Must be called when groups have been added (1) or are about to be removed (-1): each of their parts

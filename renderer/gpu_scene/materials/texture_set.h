@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/api.h"
@@ -48,6 +49,8 @@ class TextureSet {
     std::vector<uint32_t> Add(std::span<const SceneTexture> textures);
     // The index may be reused; frames in flight read the texture until they end.
     void Remove(uint32_t index);
+    // Exchanges what two indices stand for; slots keep their textures.
+    void Swap(uint32_t a, uint32_t b) noexcept { std::swap(m_entries[a], m_entries[b]); }
 
     // Returns a number above all indices.
     uint32_t Size() const { return static_cast<uint32_t>(m_entries.size()); }

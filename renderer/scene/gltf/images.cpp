@@ -78,6 +78,7 @@ class ImageDecoder {
     };
     struct Task {
         std::string name;
+        std::string path;   // ImageData::file
         std::string label;  // for messages
         std::vector<std::byte> file;
         std::span<const std::byte> bytes;
@@ -105,8 +106,8 @@ class ImageDecoder {
         const Place where = Place("images")[image];
         task.name = source.name;
         try {
-            if (task.name.empty() && source.uri && !IsDataUri(*source.uri))
-                task.name = PercentDecode(*source.uri);
+            if (source.uri && !IsDataUri(*source.uri)) task.path = PercentDecode(*source.uri);
+            if (task.name.empty()) task.name = task.path;
             if (source.uri) task.file = m_context.ReadUri(*source.uri, where["uri"]);
             task.bytes = source.uri ? std::span<const std::byte>(task.file) : m_buffers.View(source.view);
         } catch (...) {
@@ -191,6 +192,7 @@ class ImageDecoder {
                  "{}: {} x {} {} of {} decoded in {}", task.label, image.width, image.height,
                  FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
         image.name = std::move(task.name);
+        image.file = std::move(task.path);
         m_context.imageTexels += uint64_t{image.width} * image.height;
         return std::move(image);
     }

@@ -1,12 +1,16 @@
 // Edited values put into a glTF file's JSON tree. Internal to renderer/scene.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "renderer/scene/gltf/outline.h"
+#include "renderer/scene/gltf/save_gltf.h"
 
 namespace raygraph::scene {
 
@@ -36,7 +40,23 @@ NodeChanges PatchNodeList(nlohmann::ordered_json& root, GltfOutline& loaded, con
 void PatchHierarchy(nlohmann::ordered_json& root, const GltfOutline& loaded, const SceneData& edited,
                     const NodeChanges& changes);
 
+// --- Images that were replaced (save_gltf.h) ---
+
+struct ImagePatch {
+    // To be written below the target's folder: their paths from there.
+    std::vector<std::pair<std::filesystem::path, std::span<const std::byte>>> files;
+    std::vector<std::byte> binary;  // to be appended to the BIN chunk
+};
+// `folder` is the target's; `binarySize` is that of its BIN chunk without replaced images, none if it has no
+// such chunk.
+ImagePatch PatchImages(nlohmann::ordered_json& root, const GltfOutline& loaded,
+                       std::span<const ReplacedImage> images, const std::filesystem::path& folder,
+                       std::optional<size_t> binarySize);
+
 // --- What the patches share ---
+
+// Escapes the characters of a relative path that a URI may not hold.
+std::string PercentEncode(const std::string& path);
 
 inline constexpr const char* kPunctualLights = "KHR_lights_punctual";
 // Adds the extension to extensionsUsed. That may move the members of `root`: references into it end.

@@ -75,23 +75,6 @@ Indentation IndentationOf(std::string_view text) {
             character};
 }
 
-// Escapes the characters of a name that a URI may not hold.
-std::string PercentEncode(const std::string& name) {
-    constexpr std::string_view kPlain = "-._~!$&'()*+,;=@";
-    std::string uri;
-    for (const char character : name) {
-        const auto byte = static_cast<unsigned char>(character);
-        const bool isPlain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') ||
-                             (byte >= 'A' && byte <= 'Z') || kPlain.find(character) != kPlain.npos;
-        constexpr char kDigits[] = "0123456789ABCDEF";
-        if (isPlain)
-            uri += character;
-        else
-            uri.append({'%', kDigits[byte >> 4], kDigits[byte & 15]});
-    }
-    return uri;
-}
-
 bool EscapesFolder(const std::string& uri) {
     return *RelativePath(uri).begin() == "..";
 }
@@ -176,17 +159,40 @@ bool IsGlb(const fs::path& target) {
     return extension == ".glb";
 }
 
-void Write(const GltfContainer& container, Json& root, const fs::path& target, bool isGlb) {
+// Returns whether the first buffer is the BIN chunk.
+bool UsesBinary(const GltfContainer& container, const Json& root) {
+    const auto buffers = root.find("buffers");
+    return container.hasBinary && buffers != root.end() && !buffers->empty() &&
+           !buffers->front().contains("uri");
+}
+
+// Returns the chunks after the JSON: the first `size` bytes of BIN, then `added`.
+std::vector<std::byte> ChunksWith(const GltfContainer& container, size_t size,
+                                  std::span<const std::byte> added) {
+    constexpr size_t kHeader = 8;
+    const size_t padded = (size + added.size() + 3) / 4 * 4;
+    std::vector<std::byte> chunks(container.rest.begin(), container.rest.begin() + kHeader);
+    for (size_t i = 0; i < 4; ++i) chunks[i] = static_cast<std::byte>(padded >> (8 * i) & 0xFFu);
+    const auto append = [&](std::span<const std::byte> bytes) {
+        chunks.insert(chunks.end(), bytes.begin(), bytes.end());
+    };
+    append(container.binary.first(size));
+    append(added);
+    chunks.resize(kHeader + padded);
+    append(container.rest.subspan(kHeader + container.binary.size()));
+    return chunks;
+}
+
+void Write(const GltfContainer& container, Json& root, const fs::path& target, bool isGlb,
+           std::span<const std::byte> chunks) {
     const Indentation indent =
         container.isGlb && !isGlb ? Indentation{2, ' '} : IndentationOf(container.json);
     if (isGlb) {
-        WriteWhole(target, MakeGlb(root.dump(), container.rest));
+        WriteWhole(target, MakeGlb(root.dump(), chunks));
         return;
     }
-    const auto buffers = root.find("buffers");
-    if (container.hasBinary && buffers != root.end() && !buffers->empty() &&
-        !buffers->front().contains("uri")) {
-        Json& first = buffers->front();
+    if (UsesBinary(container, root)) {
+        Json& first = root["buffers"].front();
         const std::string name = target.stem().string() + ".bin";
         // The size excludes the padding of the chunk.
         const size_t size = std::min(container.binary.size(), first["byteLength"].get<size_t>());
@@ -227,8 +233,29 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     }
     const std::optional<RepairedText> repaired = RepairStrings(json);
     Json root = Json::parse(repaired ? std::string_view(repaired->text) : json);
+    const fs::path to = target.parent_path();
+    ImagePatch patch;
+    Json formerImages;
+    std::vector<std::byte> changedChunks;
+    std::span<const std::byte> chunks = container.rest;
     try {
+        // Replaced images follow in the BIN chunk of a file that was saved with some
+        const std::optional<size_t> size = UsesBinary(container, root)
+                                               ? std::optional(root["buffers"][0]["byteLength"].get<size_t>())
+                                               : std::nullopt;
         if (!origin.json.empty()) TakeBuffers(root, container.json);
+        const bool usesBinary = size && UsesBinary(container, root);
+        if (!origin.images.empty()) formerImages = root["images"];
+        patch = PatchImages(root, loaded, origin.images, to, isGlb && usesBinary ? size : std::nullopt);
+        if (usesBinary) {
+            Json& length = root["buffers"][0]["byteLength"];
+            const size_t now = *size + patch.binary.size(), before = length.get<size_t>();
+            if (now != before) length = now;
+            if (isGlb && (now != before || !patch.binary.empty())) {
+                changedChunks = ChunksWith(container, std::min(*size, container.binary.size()), patch.binary);
+                chunks = changedChunks;
+            }
+        }
         const NodeChanges changes = PatchNodeList(root, loaded, edited, origin.copiedFrom);
         PatchNodes(root, loaded.scene, edited);
         PatchMaterials(root, loaded, edited);
@@ -239,19 +266,38 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     } catch (const Json::exception& error) {  // where reading does not look, something is of another type
         throw MakeError(ErrorKind::BadInput, "{}: {}", context.label, Printable(error.what(), 1024));
     }
-    const fs::path to = target.parent_path();
     if (!IsSameFolder(located.folder, to)) {
         std::vector<ImageChoice> images;
         for (size_t i = 0; i < loaded.images.size(); ++i)
             if (loaded.isShown[i]) images.push_back(loaded.images[i]);
         if (loaded.imageLight)
             for (const uint32_t face : loaded.imageLight->faces) images.push_back({face});
+        // Also images that were replaced: a later save may name them again
+        if (!origin.images.empty()) std::swap(root["images"], formerImages);
         CopyFiles(root, images, loaded.profiles, folder, to, options.limits.maxFileBytes);
+        if (!origin.images.empty()) std::swap(root["images"], formerImages);
     }
-    Write(container, root, target, isGlb);
+    for (const auto& [name, bytes] : patch.files) WriteBeside(to / name, bytes);
+    Write(container, root, target, isGlb, chunks);
 }
 
 }  // namespace
+
+std::string PercentEncode(const std::string& path) {
+    constexpr std::string_view kPlain = "/-._~!$&'()*+,;=@";
+    std::string uri;
+    for (const char character : path) {
+        const auto byte = static_cast<unsigned char>(character);
+        const bool isPlain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') ||
+                             (byte >= 'A' && byte <= 'Z') || kPlain.find(character) != kPlain.npos;
+        constexpr char kDigits[] = "0123456789ABCDEF";
+        if (isPlain)
+            uri += character;
+        else
+            uri.append({'%', kDigits[byte >> 4], kDigits[byte & 15]});
+    }
+    return uri;
+}
 
 void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
               const LoadOptions& options, const SaveOrigin& origin) {

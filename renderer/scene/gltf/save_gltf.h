@@ -2,6 +2,7 @@
 // once for different targets.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -14,7 +15,15 @@
 
 namespace raygraph::scene {
 
-// Says where the nodes of an edited scene come from, if some were added or `source` has been written since.
+// Describes a file whose picture takes the place of one of the scene's.
+struct ReplacedImage {
+    uint32_t image = 0;          // index into SceneData::images
+    std::filesystem::path file;  // where it was read
+    std::span<const std::byte> bytes;
+};
+
+// Says where the nodes of an edited scene come from, if some were added or `source` has been written since,
+// and which images were replaced.
 struct SaveOrigin {
     // The JSON text that `edited` was loaded from; "": that of `source`. A scene that SaveGltf has removed
     // nodes from has other indices than the file that it wrote: who goes on editing keeps this text.
@@ -23,6 +32,7 @@ struct SaveOrigin {
     // extensions of that; kNone: an empty one, with the lights and cameras that `edited` has for it. One that
     // is not in `edited.nodeOrder` is not written.
     std::span<const uint32_t> copiedFrom;
+    std::span<const ReplacedImage> images;  // each image at most once
 };
 // Returns the JSON text of a .gltf or .glb file. Throws Error{Io}, Error{BadInput}.
 RAYGRAPH_API std::string ReadGltfJson(const std::filesystem::path& source, const LoadOptions& options = {});
@@ -47,6 +57,11 @@ RAYGRAPH_API std::string ReadGltfJson(const std::filesystem::path& source, const
 // place in lists, and the channels of animations and the unused skins that name it; indices of other nodes
 // follow. If the file uses an extension that is not read and may name nodes, the node stays, empty and in no
 // scene. What it placed (mesh, light, camera) stays in the file's lists.
+//
+// An image that was replaced is where it was: in a data URI, in the .glb, or in a file. Such a file keeps its
+// path from the target's folder if it is below that, else it is copied there. If another file has its name,
+// it gets a number. An image of a buffer becomes a file, unless the target is a .glb with a BIN chunk. Bytes
+// of the former image stay in the buffer.
 //
 // The target's extension says what is written, .glb or .gltf. The BIN chunk of a .glb that becomes a .gltf is
 // put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as

@@ -228,6 +228,7 @@ struct ImageData {
     image::BlockLevels blocks = {};
     // LowestAlpha() of rgba, which the importer has computed where it decoded: who changes rgba resets this.
     std::optional<uint8_t> lowestAlpha = {};
+    std::string file = {};  // its path from the scene's folder; "": the scene file or a buffer has it
 };
 
 // A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.

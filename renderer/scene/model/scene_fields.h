@@ -346,7 +346,7 @@ FIELDS(Sampler, ALWAYS(wrapU), ALWAYS(wrapV), ALWAYS(magFilter), ALWAYS(minFilte
        ALWAYS(usesMips))
 FIELDS(Texture, NEVER(name), ALWAYS(image), ALWAYS(sampler), ALWAYS(colorSpace))
 FIELDS(ImageData, NEVER(name), ALWAYS(width), ALWAYS(height), ALWAYS(rgba), LABELED(blocks, ""),
-       NEVER(lowestAlpha))
+       NEVER(lowestAlpha), NEVER(file))
 FIELDS(image::BlockLevels, ALWAYS(coding), ALWAYS(levels))
 FIELDS(image::ImageF, ALWAYS(width), ALWAYS(height), ALWAYS(rgba))
 FIELDS(Node, ALWAYS(name), ALWAYS(parent), ALWAYS(translation), ALWAYS(translationResidual), ALWAYS(rotation),
@@ -360,9 +360,9 @@ FIELDS(Camera, ALWAYS(name), ALWAYS(node), ALWAYS(projection), ALWAYS(yFov), ALW
 FIELDS(LightProfile, ALWAYS(name), ALWAYS(type), ALWAYS(vertical), ALWAYS(horizontal), ALWAYS(candela))
 FIELDS(EnvironmentLight, NEVER(name), NEVER(faceSize), ALWAYS(map))
 FIELDS(SceneData, NEVER(name), ALWAYS(meshes), ALWAYS(materials), ALWAYS(textures), ALWAYS(images),
-       ALWAYS(nodes), ALWAYS(nodeOrder), NEVER(otherScenes), ALWAYS(instances), ALWAYS(cameras), ALWAYS(lights),
-       LABELED(profiles, ""), LABELED(environment, ""), ALWAYS(bounds), NEVER(warnings), NEVER(variants),
-       NEVER(variant), LABELED(skins, ""), LABELED(animations, ""))
+       ALWAYS(nodes), ALWAYS(nodeOrder), NEVER(otherScenes), ALWAYS(instances), ALWAYS(cameras),
+       ALWAYS(lights), LABELED(profiles, ""), LABELED(environment, ""), ALWAYS(bounds), NEVER(warnings),
+       NEVER(variants), NEVER(variant), LABELED(skins, ""), LABELED(animations, ""))
 FIELDS(Skin, NEVER(name), ALWAYS(joints), ALWAYS(inverseBinds))
 FIELDS(AnimationSampler, ALWAYS(interpolation), ALWAYS(width), ALWAYS(times), ALWAYS(values))
 FIELDS(AnimationTarget, ALWAYS(property), ALWAYS(field), ALWAYS(object), ALWAYS(element))
