@@ -155,26 +155,41 @@ bool MatchesPattern(const std::string& text, const std::string& pattern);
 
 // Returns whether the program is in one of the folders of PATH.
 bool FindProgram(const std::string& name);
-// ChildProcess runs a program of PATH with its arguments, without a shell. Its destructor ends the program.
+// Returns the file of the program that runs in this process; "" if the system does not tell.
+std::filesystem::path ProgramFile();
+// Says where a child's stderr goes: where that of this process goes, or to what is read from the child.
+enum class ErrorStream : bool { Inherited, WithOutput };
+// ChildProcess runs a program of PATH, or of a path, with its arguments, without a shell. Its destructor asks
+// the program to end, and waits for that.
 class ChildProcess {
   public:
-    explicit ChildProcess(const std::vector<std::string>& command);
+    explicit ChildProcess(const std::vector<std::string>& command,
+                          ErrorStream errors = ErrorStream::Inherited);
     ~ChildProcess();
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    // Reads what the program has written to its stdout. Returns whether it has not ended yet; does not block.
+    // Reads what the program has written. Returns whether it has not ended yet; does not block.
     bool IsRunning();
+    // Returns what it has written until the last IsRunning.
+    const std::string& Written() const { return m_written; }
     // Returns all that it has written; none if it could not be started or ended with another status than 0.
     // For after its end.
-    const std::optional<std::string>& Output() const { return m_output; }
+    std::optional<std::string> Output() const {
+        return m_status == 0 ? std::optional(m_written) : std::nullopt;
+    }
+    // Returns with which status it has ended; none if it could not be started or a signal has ended it.
+    std::optional<int> ExitStatus() const { return m_status; }
+    void Terminate();  // asks it to end (SIGTERM); does not wait
+    void Kill();       // ends it, whatever it does
 
   private:
     void Reap();
 
     int m_process = 0;  // 0: it has ended
     int m_pipe = -1;
-    std::optional<std::string> m_output;
+    std::string m_written;
+    std::optional<int> m_status;
 };
 
 // --------------------------------------------------------------------------------------------- signals

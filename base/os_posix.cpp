@@ -543,7 +543,13 @@ bool FindProgram(const std::string& name) {
     return false;
 }
 
-ChildProcess::ChildProcess(const std::vector<std::string>& command) {
+std::filesystem::path ProgramFile() {
+    std::error_code error;
+    std::filesystem::path file = std::filesystem::read_symlink("/proc/self/exe", error);
+    return error ? std::filesystem::path() : file;
+}
+
+ChildProcess::ChildProcess(const std::vector<std::string>& command, ErrorStream errors) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) return;
     std::vector<char*> arguments;
@@ -552,21 +558,31 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command) {
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    if (errors == ErrorStream::WithOutput) posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
     if (posix_spawnp(&m_process, arguments[0], &actions, nullptr, arguments.data(), environ) != 0)
         m_process = 0;
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
     m_pipe = ends[0];
     fcntl(m_pipe, F_SETFL, O_NONBLOCK);
-    if (m_process != 0) m_output.emplace();
 }
 
 ChildProcess::~ChildProcess() {
     if (m_process != 0) {
-        kill(m_process, SIGTERM);
+        Terminate();
         Reap();
     }
     if (m_pipe >= 0) close(m_pipe);
+}
+
+void ChildProcess::Terminate() {
+    if (m_process != 0) kill(m_process, SIGTERM);
+}
+
+void ChildProcess::Kill() {
+    if (m_process == 0) return;
+    kill(m_process, SIGKILL);
+    Reap();
 }
 
 void ChildProcess::Reap() {
@@ -574,7 +590,7 @@ void ChildProcess::Reap() {
     while (waitpid(m_process, &status, 0) < 0 && errno == EINTR) {
     }
     m_process = 0;
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) m_output.reset();
+    if (WIFEXITED(status)) m_status = WEXITSTATUS(status);
 }
 
 bool ChildProcess::IsRunning() {
@@ -582,7 +598,7 @@ bool ChildProcess::IsRunning() {
     std::array<char, 4096> bytes;
     ssize_t count = 0;
     while ((count = read(m_pipe, bytes.data(), bytes.size())) > 0)
-        m_output->append(bytes.data(), static_cast<size_t>(count));
+        m_written.append(bytes.data(), static_cast<size_t>(count));
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return true;
     Reap();  // it has closed its stdout, which is its end
     return false;

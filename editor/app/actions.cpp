@@ -21,6 +21,8 @@ constexpr ActionRow kActions[] = {
      "save the picture as .png or .exr", true},
     {Action::Screenshot, "screenshot", Menu::FileMenu, "Screenshot", {KeyPress{Key::F12}},
      "save the picture in the current folder, as SCENE-0001.png and so on"},
+    {Action::RenderImage, "render-image", Menu::FileMenu, "Render image...", {KeyPress{Key::E, true, true}},
+     "render pictures in any size, beside the editor"},
     {Action::Quit, "quit", Menu::FileMenu, "Quit", {KeyPress{Key::Q, true}}, "quit", true},
     {Action::Undo, "undo", Menu::EditMenu, "Undo", {KeyPress{Key::Z, true}}, "undo"},
     {Action::Redo, "redo", Menu::EditMenu, "Redo", {KeyPress{Key::Y, true}, KeyPress{Key::Z, true, true}},

@@ -22,6 +22,7 @@ enum class Action : uint8_t {
     SaveSceneAs,
     SavePicture,
     Screenshot,
+    RenderImage,
     Quit,
     Undo,
     Redo,

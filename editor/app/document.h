@@ -187,6 +187,9 @@ class Document {
     // Writes the file with its edits to a new one beside it, NAME-recovered.gltf or .glb, and returns the
     // path of that. The document stays as it is. Throws what SaveGltf throws.
     std::filesystem::path SaveRecoveryCopy() const;
+    // Writes the file with its edits to `to`, which is not the file itself. The document stays as it is.
+    // Throws what SaveGltf throws.
+    void SaveCopy(const std::filesystem::path& to) const { WriteFile(to); }
     // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
     // saved. RecordContent stores the hash, unless the file has changed since.
     FileContent Content() const;

@@ -41,8 +41,10 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
-    Editor editor(*device,
-                  {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
+    Editor editor(*device, {.shaders = options.shaders,
+                            .textureBudget = options.textureBudget,
+                            .log = options.log,
+                            .render = options.render});
     Begin(editor.Work(), options);
     script.Play(editor, screen);
 }
@@ -75,8 +77,10 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
       private:
         Window& m_window;
     };
-    Editor editor(*device,
-                  {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
+    Editor editor(*device, {.shaders = options.shaders,
+                            .textureBudget = options.textureBudget,
+                            .log = options.log,
+                            .render = options.render});
     const Hidden whenDone(window);
     window.ShareClipboard();
     viewport::BudgetSettings budget = editor.Work().view.Budget();

@@ -31,6 +31,7 @@ struct EditOptions {
     std::filesystem::path script;                     // runs this script without a window; "": opens a window
     std::filesystem::path shaders;                    // folder of shader sources for hot reload; "": none
     uint64_t textureBudget = 0;                       // in bytes, see GpuSceneDesc
+    std::vector<std::string> render = {};             // EditorOptions::render
     // The log panel shows this; devices add their messages to it. Null: the panel is empty.
     std::shared_ptr<LogHistory> log = {};
 };

@@ -86,12 +86,13 @@ constexpr double kPipelineLifetime = 300.0;  // in seconds of frames that do not
 }  // namespace
 
 Editor::Editor(rhi::Device& device, EditorOptions options)
-    : m_work(device, options.shaders, std::move(options.log), options.textureBudget) {}
+    : m_work(device, options.shaders, std::move(options.log), options.textureBudget),
+      m_render(std::move(options.render)) {}
 
 bool Editor::IsBusy() const {
     return m_work.IsLoading() || m_isPicking || m_work.IsFocusPending() || m_work.explained.IsPending() ||
-           !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy() || !m_pictureFile.empty() ||
-           !m_windowFile.empty();
+           !m_saving.empty() || !m_savingRenders.empty() || m_render.IsBusy() || m_worker.IsBusy() ||
+           !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
 bool Editor::IsPreparing() const {
@@ -124,6 +125,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     for (const std::filesystem::path& file : input.dropped) Open(file);
     ApplyPick();
     FinishSaving();
+    m_render.Update(m_work);
     m_work.Observe();
     if (input.isClosing) Leave();
     if (input.extent.IsEmpty()) return !m_isQuitting || IsSaving(false);
@@ -290,6 +292,7 @@ void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
     AddMenu();
     m_dialog.Draw(m_work.recent);
+    m_render.Draw(m_work, m_dialog);
     m_unsaved.Draw(input);
     if (m_work.imageToReplace) ShowReplaceImageDialog(*std::exchange(m_work.imageToReplace, std::nullopt));
     const ImVec2 window = ImGui::GetIO().DisplaySize;
@@ -443,6 +446,7 @@ void Editor::StatusBar(float top, float width, float height) {
             ImGui::Text("mean %.4f, maximum %.3f, against %s", numbers->numbers.mean,
                         numbers->numbers.maximum, Counted(numbers->pathTracedSamples, "sample").c_str());
         }
+    m_render.DrawStatus();
     if (!m_work.message.empty()) {
         ImGui::SameLine();
         ImVec4 color = m_work.isMessageError ? ImVec4{0.95f, 0.38f, 0.33f, 1.0f}
@@ -507,6 +511,8 @@ void Editor::Perform(Action action) {
             return ShowSavePictureDialog();
         case Action::Screenshot:
             return SavePicture(ScreenshotName());
+        case Action::RenderImage:
+            return m_render.Open(m_work);
         case Action::Quit:
             return Leave();
         case Action::Undo:
@@ -600,6 +606,8 @@ void Editor::Perform(Action action) {
         case Action::Cancel:
             if (m_work.panels.help)
                 m_work.panels.help = false;
+            else if (m_render.IsOpen())
+                m_render.Close();
             else if (m_work.IsPickingFocus())
                 m_work.PickFocus(false);
             else if (!m_gizmo.Cancel(m_work))
@@ -646,6 +654,7 @@ std::string Editor::WhyNot(Action action) const {
         case Action::AddCamera:
             return hasScene ? "" : "there is no scene to add to";
         case Action::CopyCommand:
+        case Action::RenderImage:
             return hasScene ? "" : "there is no scene to render";
         case Action::PickFocus:
             return m_work.camera.View().projection == scene::Projection::Perspective

@@ -11,6 +11,7 @@
 #include "editor/app/file_dialog.h"
 #include "editor/app/gizmo_view.h"
 #include "editor/app/input.h"
+#include "editor/app/render_dialog.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/ui.h"
 #include "editor/app/unsaved_dialog.h"
@@ -24,6 +25,8 @@ struct EditorOptions {
     std::filesystem::path shaders;         // folder of shader sources for hot reload; "": none
     uint64_t textureBudget = 0;            // in bytes, see GpuSceneDesc
     std::shared_ptr<LogHistory> log = {};  // shown by the log panel; null: it is empty
+    // The program that renders pictures, with its first arguments: "raygraph render"; empty: there is none.
+    std::vector<std::string> render = {};
 };
 
 class Editor {
@@ -68,6 +71,8 @@ class Editor {
     // Saves the open scene with its edits as .gltf or .glb before it returns. The new file is the open one
     // then.
     bool SaveScene(const std::filesystem::path& file) { return m_work.SaveScene(file); }
+    // Opens the dialog for renders, in which a script fills in the fields.
+    RenderDialog& OpenRenderDialog();
     // Saves the whole window as .png.
     void SaveWindow(const std::filesystem::path& file) { m_windowFile = file; }
 
@@ -136,6 +141,8 @@ class Editor {
     Settings m_kept;                 // the settings that the file has
     Extent2D m_windowSize{};         // points, in the last frame
     FileDialog m_dialog;
+    RenderDialog m_render;
+    bool m_isLosingRenders = false;  // the user has been told that closing cancels them
     UnsavedDialog m_unsaved;
     std::optional<LoadedScene> m_loaded;  // waits for an answer
     uint64_t m_discardedChanges = 0;      // Document::ChangeCount when the user agreed to lose the edits

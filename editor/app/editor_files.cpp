@@ -79,6 +79,8 @@ void Editor::FinishLoading() {
 }
 
 void Editor::Leave() {
+    if (m_render.IsBusy() && !std::exchange(m_isLosingRenders, true))
+        return m_work.ReportError("renders are not done yet: closing the editor again cancels them");
     ConfirmDiscard("closing the editor", [this] { m_isQuitting = true; });
 }
 
@@ -140,6 +142,11 @@ void Editor::ShowSavePictureDialog() {
                      if (why.empty()) SavePicture(file);
                      return why;
                  });
+}
+
+RenderDialog& Editor::OpenRenderDialog() {
+    m_render.Open(m_work);
+    return m_render;
 }
 
 void Editor::SaveEdits() {

@@ -5,8 +5,18 @@
 
 #include "editor/app/actions.h"
 #include "editor/app/workspace.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::editor {
+
+// Chooses a value of an enumeration with texts (RAYGRAPH_CHOICE) from a list.
+template <typename Choice>
+void Choose(const char* label, Choice& value) {
+    static constexpr auto kTexts = Texts(Choice{});
+    int index = static_cast<int>(value);
+    if (ImGui::Combo(label, &index, kTexts.data(), static_cast<int>(kTexts.size())))
+        value = static_cast<Choice>(index);
+}
 
 void HierarchyPanel(Workspace& work);
 // Moves the selection from row to row, opens and closes rows, or ends the search. Returns false if the key is

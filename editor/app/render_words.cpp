@@ -14,13 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the path in full: a command may be run from any folder.
-std::string FullPath(const fs::path& file) {
-    std::error_code error;
-    const fs::path whole = fs::absolute(file, error);
-    return (error ? file : whole).string();
-}
-
 // Leaves out the settings that `render` refuses for its view, which have no effect on it.
 session::PictureSettings WithoutUnused(session::PictureSettings settings) {
     const session::PictureSettings defaults;
@@ -58,7 +51,47 @@ std::string ShellWord(const std::string& word) {
     return quoted + "'";
 }
 
+// Returns the cameras in the order of the file.
+std::vector<uint32_t> OrderedCameras(const Workspace& work) {
+    const scene::SceneData& scene = work.document.Scene();
+    std::vector<uint32_t> cameras;
+    for (const uint32_t node : scene.nodeOrder)
+        for (uint32_t i = 0; i < scene.cameras.size(); ++i)
+            if (scene.cameras[i].node == node) cameras.push_back(i);
+    return cameras;
+}
+
 }  // namespace
+
+void AddOption(std::vector<std::string>& words, std::string_view name, const std::string& value) {
+    words.push_back("--" + std::string(name));
+    // A value like -45 is not to be taken for an option
+    if (value.starts_with('-'))
+        words.back() += "=" + value;
+    else
+        words.push_back(value);
+}
+
+std::string FullPath(const fs::path& file) {
+    std::error_code error;
+    const fs::path whole = fs::absolute(file, error);
+    return (error ? file : whole).string();
+}
+
+std::string CameraChoice(const Workspace& work, uint32_t camera) {
+    const std::vector<scene::Camera>& all = work.document.Scene().cameras;
+    const std::vector<uint32_t> cameras = OrderedCameras(work);
+    const std::string& name = all[camera].name;
+    const auto isNamed = [&](uint32_t i) { return all[i].name == name; };
+    if (!name.empty() && std::ranges::count_if(cameras, isNamed) == 1) return name;
+    return std::to_string(std::ranges::find(cameras, camera) - cameras.begin());
+}
+
+std::vector<std::string> CameraChoices(const Workspace& work) {
+    std::vector<std::string> choices;
+    for (const uint32_t camera : OrderedCameras(work)) choices.push_back(CameraChoice(work, camera));
+    return choices;
+}
 
 scene::CameraView RenderedView(const Workspace& work) {
     const scene::CameraView& view = work.camera.View();
@@ -74,31 +107,29 @@ scene::CameraView RenderedView(const Workspace& work) {
 
 session::PictureSettings ShownSettings(const Workspace& work) {
     const viewport::ShowSettings& show = work.view.Show();
+    if (show.view == viewport::View::Surface) return ShownSettings(work, show.surface);
+    return ShownSettings(
+        work, show.view == viewport::View::Raster ? passes::View::Raster : passes::View::PathTraced);
+}
+
+session::PictureSettings ShownSettings(const Workspace& work, passes::View view) {
     const viewport::CaptureResult shown{.extent = work.view.Size(),
-                                        .isRaster = show.view == viewport::View::Raster,
                                         .lens = work.Lens(),
                                         .paths = work.view.Paths(),
                                         .raster = work.view.Raster(),
                                         .environment = work.gpu.ShownEnvironment()};
     session::PictureSettings settings = SettingsOf(shown, work.Shown());
-    if (show.view == viewport::View::Surface) settings.view = show.surface;
+    settings.view = view;
     return WithoutUnused(settings);
 }
 
 std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings) {
     std::vector<std::string> words;
-    const auto add = [&](const std::string& name, const std::string& value) {
-        // A value like -45 is not to be taken for an option
-        if (value.starts_with('-')) {
-            words.push_back("--" + name + "=" + value);
-        } else {
-            words.push_back("--" + name);
-            words.push_back(value);
-        }
-    };
+    const auto add = [&](std::string_view name, const std::string& value) { AddOption(words, name, value); };
     const session::SettingTexts defaults = session::Texts(session::PictureSettings{});
     session::SettingTexts texts = session::Texts(settings);
-    for (const char* first : {"camera", "size"}) add(first, texts.extract(first).mapped());
+    for (const char* first : {"camera", "size"})
+        if (const std::string text = texts.extract(first).mapped(); !text.empty()) add(first, text);
     for (const auto& [name, text] : texts)
         if (text != defaults.at(name)) add(name, text);
     const bool showsLight = passes::ShowsLight(settings.view);

@@ -211,9 +211,15 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                            editor.SaveWindow(command.file);
                        else
                            editor.SavePicture(command.file);
-                       until("saved", [&] { return !editor.IsBusy(); });
+                       // Renders may go on meanwhile
+                       until("saved", [&] { return editor.SavedCount() > before || !editor.IsBusy(); });
                        // The existence of the file is no proof: it may be an old one
                        if (editor.SavedCount() == before) Fail(line, editor.Work().message);
+                   },
+                   [&](const FillRenderDialog& command) {
+                       editor.OpenRenderDialog().Fill(command.size, command.samples, command.file);
+                       frame();
+                       frame();  // its field has the keys now
                    },
                    [&](const SetLook& command) {
                        Look(command, editor.Work());
@@ -436,6 +442,7 @@ class LineReader {
         if (verb == "wait") return WaitUntilDone{};
         if (verb == "samples") return WaitForSamples{Count(Word(1))};
         if (verb == "window" || verb == "picture") return SaveShown{Rest(1), verb == "window"};
+        if (verb == "render") return FillRenderDialog{Size(Word(1)), Count(Word(2)), Rest(3)};
         if (verb == "fov") return SetLook{SetLook::Of::FieldOfView, Number(Word(1), 1.0f, 170.0f)};
         if (verb == "aperture") return SetLook{SetLook::Of::Aperture, Number(Word(1), 0.0f, 1e6f)};
         if (verb == "focus") return SetLook{SetLook::Of::Focus, Number(Word(1), 0.0f, 1e9f)};

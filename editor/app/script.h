@@ -14,6 +14,7 @@
 //   fov 40                 degrees                  aperture 0.05     radius of the lens, meters
 //   focus 3                meters                   exposure 1        stops
 //   white-point 3200       kelvin
+//   render 64x48 16 FILE   opens the dialog for renders and fills it in; key enter starts, wait waits for it
 //   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
@@ -93,6 +94,11 @@ struct SaveShown {
     std::filesystem::path file;
     bool isWindow;  // true: the window; false: the picture
 };
+struct FillRenderDialog {
+    rhi::Extent2D size;
+    uint32_t samples;
+    std::filesystem::path file;
+};
 struct SetLook {
     enum class Of : uint8_t { FieldOfView, Aperture, Focus, Exposure, WhitePoint };
     Of of;
@@ -157,7 +163,7 @@ using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
                  TypeText, SelectNodes, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
                  UseConfigFolder, SaveSceneFile, ShowView, CompareWith, SetDenoised, ShowVariant, PlayFor,
-                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, SetLook, Expectation>;
+                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, FillRenderDialog, SetLook, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

@@ -106,12 +106,18 @@ void Timeline::Advance(double realSeconds) {
     Refresh();
 }
 
+std::vector<scene::ClipState> Timeline::Chosen() const {
+    std::vector<scene::ClipState> chosen;
+    for (size_t i = 0; i < m_clips.size(); ++i)
+        if (m_clips[i].isOn && m_clips[i].weight > 0.0f)
+            chosen.push_back({static_cast<uint32_t>(i), m_seconds, m_clips[i].weight});
+    return chosen;
+}
+
 void Timeline::Refresh() {
     m_seconds = std::clamp(m_seconds, 0.0, Length());
     m_shown.clear();
-    for (size_t i = 0; i < m_clips.size() && !m_isAtRest; ++i)
-        if (m_clips[i].isOn && m_clips[i].weight > 0.0f)
-            m_shown.push_back({static_cast<uint32_t>(i), m_seconds, m_clips[i].weight});
+    if (!m_isAtRest) m_shown = Chosen();
 }
 
 }  // namespace raygraph::editor

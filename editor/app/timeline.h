@@ -34,6 +34,9 @@ class Timeline {
     // Returns the clips that are on: "walk", "walk 0.30, run", "all".
     std::string ClipsLabel() const;
 
+    // Returns them, with their weights, at the present time.
+    std::vector<scene::ClipState> Chosen() const;
+
     // Turns on exactly these clips, with their weights. Their times are ignored.
     void Choose(std::span<const scene::ClipState> clips);
     void ChooseOnly(size_t clip);  // like ChooseAll, with weight 1

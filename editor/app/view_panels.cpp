@@ -16,14 +16,6 @@ namespace raygraph::editor {
 
 namespace {
 
-template <typename Choice>
-void Choose(const char* label, Choice& value) {
-    static constexpr auto kTexts = Texts(Choice{});
-    int index = static_cast<int>(value);
-    if (ImGui::Combo(label, &index, kTexts.data(), static_cast<int>(kTexts.size())))
-        value = static_cast<Choice>(index);
-}
-
 void ChooseSurface(passes::View& surface) {
     if (!ImGui::BeginCombo("surface", Name(surface))) return;
     for (const passes::View view : Values<passes::View>())

@@ -573,6 +573,11 @@ void Workspace::FilterHierarchy(std::string part) {
     hierarchy.SetFilter(isMatch);
 }
 
+std::optional<uint32_t> Workspace::FollowedCamera() const {
+    if (!m_chosenCamera || !(m_chosenCamera->view == camera.View())) return std::nullopt;
+    return m_chosenCamera->camera;
+}
+
 std::optional<uint32_t> Workspace::FirstCamera() const {
     const std::vector<scene::Camera>& cameras = document.Scene().cameras;
     for (uint32_t i = 0; i < cameras.size(); ++i)
@@ -620,7 +625,7 @@ void Workspace::Animate(double seconds) {
         ReportErrorOnce(error.what(), m_refusedPose);
         return;
     }
-    if (m_chosenCamera && m_chosenCamera->view == camera.View()) UseCamera(m_chosenCamera->camera);
+    if (const std::optional<uint32_t> followed = FollowedCamera()) UseCamera(followed);
 }
 
 scene::Bounds Workspace::SelectionBounds() const {

@@ -105,6 +105,8 @@ class Workspace {
     void UseCamera(std::optional<uint32_t> camera);
     // Looks through a camera as in scene::ChooseView. Throws Error{Usage} if the scene does not have it.
     void UseCamera(const std::string& choice);
+    // Returns the scene's camera through which the view looks, until it is moved.
+    std::optional<uint32_t> FollowedCamera() const;
     // Returns the first camera that has not been deleted.
     std::optional<uint32_t> FirstCamera() const;
     // Advances the timeline, and shows its pose; called once a frame. Does nothing if that pose is shown.

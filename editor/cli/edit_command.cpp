@@ -13,6 +13,21 @@
 
 namespace raygraph::cli {
 
+#ifdef RAYGRAPH_HAS_EDITOR
+namespace {
+
+// Returns the words with which this program renders on the editor's device.
+std::vector<std::string> RenderProgram(const std::string& device) {
+    const std::filesystem::path program = os::ProgramFile();
+    if (program.empty()) return {};
+    std::vector<std::string> words{program.string(), "render"};
+    if (!device.empty()) words.push_back("--device=" + device);
+    return words;
+}
+
+}  // namespace
+#endif
+
 void EditCommand(const EditArguments& arguments, [[maybe_unused]] Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
     if (arguments.isListingKeys) return PrintLine(editor::KeyList());
@@ -35,6 +50,7 @@ void EditCommand(const EditArguments& arguments, [[maybe_unused]] Console& conso
                        .script = arguments.script,
                        .shaders = arguments.shaders,
                        .textureBudget = settings.textureBudget,
+                       .render = RenderProgram(arguments.device),
                        .log = history},
                       [&](std::vector<std::string> surfaceExtensions) {
                           return OpenDevice({.select = arguments.device,

@@ -416,8 +416,17 @@ TEST(OsChildProcess, GivesItsOutputOrNoneOfAFailureAndEndsWithTheObject) {
     EXPECT_EQ(outputOf({"printf", "%s|", "a b", "$HOME"}), "a b|$HOME|");
     EXPECT_EQ(outputOf({"sh", "-c", "echo lost; exit 1"}), std::nullopt);
     EXPECT_EQ(outputOf({"raygraph-no-such-program"}), std::nullopt);
+    ChildProcess failing({"sh", "-c", "echo out; echo why >&2; exit 3"}, ErrorStream::WithOutput);
+    while (failing.IsRunning()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(failing.Written(), "out\nwhy\n");
+    EXPECT_EQ(failing.ExitStatus(), 3);
+    EXPECT_TRUE(std::filesystem::exists(ProgramFile()));
     const auto start = std::chrono::steady_clock::now();
     {
+        ChildProcess killed({"sh", "-c", "trap '' TERM; sleep 600"});
+        killed.Kill();
+        EXPECT_FALSE(killed.IsRunning());
+        EXPECT_EQ(killed.ExitStatus(), std::nullopt);
         ChildProcess sleeping({"sleep", "600"});
         EXPECT_TRUE(sleeping.IsRunning());
     }

@@ -1,0 +1,211 @@
+// Tests renders beside the editor: the queue with small programs in place of `raygraph render`, the commands
+// of the dialog, and a picture of the program itself.
+#include "editor/app/render_queue.h"
+
+#include <gtest/gtest.h>
+#include <imgui.h>
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+#include "editor/app/render_dialog.h"
+#include "editor/app/render_words.h"
+#include "renderer/scene/gltf/load_gltf.h"
+#include "tests/editor/editor_test.h"
+#include "tests/support/own_cache.h"
+#include "tests/support/text_files.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+using State = RenderQueue::State;
+
+RenderTask Shell(const std::string& text) {
+    return {.command = {"sh", "-c", text}, .name = "a.png"};
+}
+
+// Goes on until the condition holds, for a minute at most.
+template <typename Condition>
+void Until(RenderQueue& queue, Condition&& holds) {
+    const auto start = std::chrono::steady_clock::now();
+    while (!holds() && std::chrono::steady_clock::now() - start < std::chrono::minutes(1)) {
+        queue.Update();
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_TRUE(holds());
+}
+
+}  // namespace
+
+TEST(RenderProgress, ReadsEventsAndLeavesOtherLines) {
+    RenderProgress progress;
+    EXPECT_TRUE(ReadProgress(
+        R"({"event":"progress","picture":"frame 2 of 3","samples":32,"samples_wanted":128,"relative_error":0.034,)"
+        R"("seconds_left":null})",
+        progress));
+    EXPECT_EQ(progress.text, "frame 2 of 3: 32 of 128 samples, error 3.4 %");
+    EXPECT_EQ(progress.fraction, 0.25f);
+    EXPECT_TRUE(ReadProgress(R"({"event":"written","files":["a.png","a.exr"]})", progress));
+    EXPECT_EQ(progress.written, 1u);
+    EXPECT_TRUE(ReadProgress(R"({"event":"loading","stage":"meshes","fraction":0.5})", progress));
+    EXPECT_EQ(progress.text, "loading meshes");
+    for (const char* line : {"", "a.png: 3 samples", "{", "{\"event\":3}", "[1]", "{}"})
+        EXPECT_FALSE(ReadProgress(line, progress)) << line;
+    EXPECT_EQ(progress.text, "loading meshes");
+    const RenderQueue::Job job{.task = {.pictures = 4}, .progress = {.fraction = 0.5f, .written = 1}};
+    EXPECT_EQ(job.Fraction(), 0.375f);
+}
+
+TEST(RenderQueue, RunsOneAfterAnotherAndReportsEach) {
+    const test::TemporaryFolder folder;
+    const std::string log = (folder / "log").string();
+    RenderQueue queue;
+    queue.Add(Shell(
+        "echo one >> " + log +
+        "; echo '{\"event\":\"progress\",\"samples\":4,\"samples_wanted\":8}' >&2; sleep 0.05; echo end >> " +
+        log + "; echo 8 samples"));
+    queue.Add(Shell("echo two >> " + log + "; echo 'raygraph: no such camera' >&2; exit 4"));
+    queue.Add(Shell("exec true"));
+    EXPECT_TRUE(queue.IsBusy());
+    queue.Update();
+    EXPECT_EQ(queue.Jobs()[0].state, State::Running);
+    EXPECT_EQ(queue.Jobs()[1].state, State::Waiting);
+    Until(queue, [&] { return !queue.IsBusy(); });
+    EXPECT_EQ(queue.Jobs()[0].state, State::Done);
+    EXPECT_EQ(queue.Jobs()[0].progress.text, "4 of 8 samples");
+    EXPECT_EQ(queue.Jobs()[0].result, "rendered a.png: 8 samples");
+    EXPECT_EQ(queue.Jobs()[1].state, State::Failed);
+    EXPECT_EQ(queue.Jobs()[1].result, "a.png: not rendered: raygraph: no such camera");
+    EXPECT_EQ(queue.Jobs()[2].state, State::Done) << "a failure does not end the queue";
+    EXPECT_EQ(test::TextOf(log), "one\nend\ntwo\n");
+    queue.RemoveOver();
+    EXPECT_TRUE(queue.Jobs().empty());
+}
+
+TEST(RenderQueue, CancelsAndStopsWithTheSamplesSoFar) {
+    const test::TemporaryFolder folder;
+    const std::string made = (folder / "made").string();
+    std::filesystem::create_directory(folder / "copy");
+    test::Put(folder / "copy" / "scene.gltf", "{}");
+    RenderQueue queue;
+    RenderTask slow = Shell("sleep 60; touch " + made);
+    slow.copy = std::make_shared<PrivateCopy>(folder / "copy" / "scene.gltf");
+    queue.Add(std::move(slow));
+    queue.Add(Shell("touch " + made));
+    const char* const kUntilTerm =
+        "echo '{\"event\":\"step\",\"step\":\"ready\"}'; while :; do sleep 0.01; done";
+    queue.Add(
+        Shell(std::string("trap 'echo \"{\\\"event\\\":\\\"written\\\"}\"; exit 75' TERM; ") + kUntilTerm));
+    queue.Add(Shell(kUntilTerm));
+    queue.Update();
+    EXPECT_EQ(queue.Jobs()[0].state, State::Running);
+    queue.Cancel(1);
+    queue.Cancel(0);
+    EXPECT_EQ(queue.Jobs()[0].state, State::Cancelled);
+    EXPECT_FALSE(std::filesystem::exists(folder / "copy")) << "nobody needs it now";
+    for (const size_t job : {2, 3}) {
+        Until(queue, [&] { return queue.Jobs()[job].progress.text == "ready"; });
+        queue.Stop(job);
+        Until(queue, [&] { return queue.Jobs()[job].IsOver(); });
+    }
+    EXPECT_EQ(queue.Jobs()[2].state, State::Stopped) << queue.Jobs()[2].result;
+    EXPECT_EQ(queue.Jobs()[3].state, State::Cancelled) << "it had no samples to save";
+    EXPECT_EQ(queue.Jobs()[1].state, State::Cancelled);
+    EXPECT_FALSE(std::filesystem::exists(made));
+}
+
+namespace {
+
+#ifdef RAYGRAPH_BUILT_PROGRAM
+constexpr const char* kProgram = RAYGRAPH_BUILT_PROGRAM;
+#else
+constexpr const char* kProgram = "raygraph";
+#endif
+
+class RenderTaskTest : public EditorTest {
+  protected:
+    RenderTaskTest() : EditorTest({.render = {kProgram, "render"}}) {}
+    RenderTask Task(const RenderRequest& request) {
+        return TaskOf(editor.Work(), request, {"raygraph", "render"});
+    }
+    static bool Has(const RenderTask& task, const std::string& option, const std::string& value) {
+        const auto found = std::ranges::find(task.command, option);
+        return found != task.command.end() && found + 1 != task.command.end() && found[1] == value;
+    }
+
+    const test::OwnCache cache{(folder / "cache").string()};
+};
+
+}  // namespace
+
+TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
+    Play(OpenCornell());
+    RenderRequest request{
+        .size = {64, 48}, .crop = passes::Region{1, 2, 3, 4}, .outputs = {folder / "a.png"}};
+    EXPECT_EQ(WhyNotRendered(editor.Work(), request), "");
+    RenderTask task = Task(request);
+    EXPECT_FALSE(task.copy);
+    EXPECT_EQ(task.command.at(2), test::SourceFile("scenes/cornell.gltf").string());
+    EXPECT_TRUE(Has(task, "--size", "64x48"));
+    EXPECT_TRUE(Has(task, "--crop", "1,2,3,4"));
+    EXPECT_TRUE(Has(task, "--output", (folder / "a.png").string()));
+    EXPECT_EQ(std::ranges::count(task.command, "--spp"), 0) << "until it looks clean";
+    EXPECT_EQ(std::ranges::count(task.command, "--view"), 0) << "a render is path-traced, whatever is shown";
+
+    request.stop = RenderStop::Time;
+    request.minutes = 0.5f;
+    request.isTransparent = true;
+    request.pictures = RenderedPictures::Cameras;
+    EXPECT_NE(WhyNotRendered(editor.Work(), request).find("{camera}"), std::string::npos);
+    request.outputs = {folder / "a-{camera}.exr"};
+    EXPECT_EQ(WhyNotRendered(editor.Work(), request), "");
+    task = Task(request);
+    EXPECT_TRUE(Has(task, "--time", "30"));
+    EXPECT_TRUE(Has(task, "--transparent", "on"));
+    EXPECT_TRUE(Has(task, "--camera", "camera")) << "by its name";
+    EXPECT_EQ(std::ranges::count(task.command, "--camera"), 1);
+
+    request.pictures = RenderedPictures::Frames;
+    request.outputs = {folder / "a-##.exr"};
+    EXPECT_EQ(WhyNotRendered(editor.Work(), request), "the scene has no animation");
+    request.pictures = RenderedPictures::View;
+    for (const auto& [file, why] :
+         {std::pair{"none/a.png", "there is no folder"}, {"a.tiff", "must end in"}}) {
+        request.outputs = {folder / file};
+        EXPECT_NE(WhyNotRendered(editor.Work(), request).find(why), std::string::npos) << file;
+    }
+    request.outputs = {folder / "a.png"};
+    request.crop = passes::Region{60, 0, 5, 1};
+    EXPECT_NE(WhyNotRendered(editor.Work(), request).find("crop"), std::string::npos);
+}
+
+#ifdef RAYGRAPH_BUILT_PROGRAM
+
+TEST_F(RenderTaskTest, TheDialogRendersUnsavedEditsAsTheProgramRendersTheSavedScene) {
+    Play("key ctrl+shift+e\nexpect message there is no scene\n");
+    Workspace& work = editor.Work();
+    Play(OpenCornell() + "mouse 320 120\nclick left\nwait\nmaterial base 1 0 0\nexpect edits 1\n");
+    const std::string made = (folder / "made.png").string();
+    work.panels.hierarchy = work.panels.inspector = false;
+    Play("size 64x99\nview path-traced\nframes 1\n");  // the picture has 64 x 48 pixels
+    Play("size 640x400\nkey ctrl+shift+e\nrender 64x48 2 " + made +
+         "\nkey enter\nexpect message queued\nwait\n" + "expect message rendered " + made + ": 2 samples\n");
+    EXPECT_TRUE(work.document.IsEdited()) << "the edits are still not saved";
+    EXPECT_EQ(test::FileCount(folder / "cache" / "raygraph" / "renders"), 0u) << "the copy is gone";
+
+    Play("key escape\nkey escape\nscene " + (folder / "saved.gltf").string() +
+         "\nsize 64x99\nframes 1\nkey ctrl+shift+r\n");
+    const std::string line = "cd " + folder.Path().string() +
+                             " && PATH=" + std::filesystem::path(kProgram).parent_path().string() +
+                             ":$PATH && " + ImGui::GetClipboardText() +
+                             " --spp 2 --output shell.png > output 2>&1";
+    ASSERT_EQ(std::system(line.c_str()), 0) << line << test::TextOf(folder / "output");
+    EXPECT_TRUE(test::TextOf(made) == test::TextOf(folder / "shell.png"));
+    EXPECT_FALSE(test::TextOf(made).empty());
+}
+
+#endif
+
+}  // namespace raygraph::editor
