@@ -27,14 +27,21 @@ void RequireEnvironment(const std::filesystem::path& file) {
 void Begin(Workspace& work, const EditOptions& options) {
     work.pointsAndLines = options.pointsAndLines;
     work.root = options.root;
-    work.UseLight(options.light);
     viewport::ShowSettings show = work.view.Show();
     show.view = options.view.value_or(show.view);
     show.surface = options.surface.value_or(show.surface);
     show.compared = options.compared.value_or(show.compared);
     work.view.SetShow(show);
-    if (!options.environment.empty()) work.Open(options.environment);
-    if (!options.scene.empty()) work.Open(options.scene, options.variant, options.camera);
+    const auto changeView = [options](SceneView& seen) {
+        if (!options.environment.empty()) seen.environment = options.environment;
+        if (options.changeView) options.changeView(seen);
+    };
+    // Without a scene there is no camera to choose
+    SceneView seen = work.ShownView();
+    changeView(seen);
+    seen.camera.clear();
+    work.Use(seen);
+    if (!options.scene.empty()) work.Open(options.scene, options.variant, changeView);
 }
 
 void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {

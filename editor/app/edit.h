@@ -10,6 +10,7 @@
 
 #include "editor/app/editor.h"
 #include "editor/app/log_history.h"
+#include "editor/app/scene_view.h"
 #include "editor/viewport/view_settings.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "rhi/device.h"
@@ -17,12 +18,11 @@
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;              // "": starts without a scene
-    std::string variant = {};                 // name or index of a variant of the scene; "": none
-    std::string camera = {};                  // the first camera, as in scene::ChooseView
-    std::filesystem::path root = {};          // scene::LoadOptions::root of this file and all later ones
-    std::filesystem::path environment = {};   // .hdr or .exr file of the environment map; "": none
-    DefaultLight light = DefaultLight::Auto;  // light of scenes that are opened without a map
+    std::filesystem::path scene;             // "": starts without a scene
+    std::string variant = {};                // name or index of a variant of the scene; "": none
+    std::filesystem::path root = {};         // scene::LoadOptions::root of this file and all later ones
+    std::filesystem::path environment = {};  // .hdr or .exr file of the environment map; "": none
+    ChangeView changeView = {};              // what else is given of the first view; null: nothing
     // None: the stored view; in a window without one, Workspace::ChooseViewByTime.
     std::optional<viewport::View> view = {};
     std::optional<passes::View> surface = {};         // view of View::Surface; none: the stored one

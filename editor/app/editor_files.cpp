@@ -153,7 +153,7 @@ void Editor::SaveEdits() {
     if (m_work.document.IsEdited())
         SaveScene(m_work.document.File());
     else
-        m_work.ShowMessage(Text("{} has no edits to save", m_work.document.File()));
+        m_work.SaveView();
 }
 
 std::filesystem::path Editor::ScreenshotName() const {

@@ -17,12 +17,12 @@ SceneLoader::~SceneLoader() {
 }
 
 bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant,
-                        const scene::PointsAndLines& pointsAndLines, const std::string& camera,
+                        const scene::PointsAndLines& pointsAndLines, const ChangeView& changeView,
                         const std::filesystem::path& root) {
     if (IsLoading()) return false;
     m_isDone = false;
     m_progress = {};
-    m_thread = std::thread([this, file, variant, pointsAndLines, camera, root] {
+    m_thread = std::thread([this, file, variant, pointsAndLines, changeView, root] {
         try {
             scene::LoadOptions options;
             options.log = m_log;
@@ -35,13 +35,20 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
-            std::ignore = scene::ChooseView(data, camera, 1.0f);  // throws if there is no such camera
+            std::string viewMessage;
+            const std::optional<SceneView> view = ReadView(file, viewMessage);
+            SceneView seen = view.value_or(SceneView());
+            if (changeView) changeView(seen);
+            std::ignore = scene::ChooseView(data, seen.camera, 1.0f);  // throws if there is no such camera
             std::string hash = session::HashOf(data);
             scene::DeformInstances(data);
             Document document(file, data, stamp, std::move(hash), root);
             m_result =
-                LoadedScene{std::move(document),
-                            PreparedScene(std::move(data), {.buildsWideBvhs = m_buildsWideBvhs}), camera};
+                LoadedScene{.document = std::move(document),
+                            .scene = PreparedScene(std::move(data), {.buildsWideBvhs = m_buildsWideBvhs}),
+                            .view = view,
+                            .changeView = changeView,
+                            .viewMessage = std::move(viewMessage)};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

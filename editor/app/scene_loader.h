@@ -13,6 +13,7 @@
 
 #include "base/log.h"
 #include "editor/app/document.h"
+#include "editor/app/scene_view.h"
 #include "renderer/gpu_scene/streaming/prepared_scene.h"
 #include "renderer/gpu_scene/streaming/scene_upload.h"
 #include "renderer/scene/geometry/round_primitives.h"
@@ -23,7 +24,9 @@ namespace raygraph::editor {
 struct LoadedScene {
     Document document;
     PreparedScene scene;
-    std::string camera{};                   // the first camera, see scene::ChooseView
+    std::optional<SceneView> view{};        // the one that is stored beside the file
+    ChangeView changeView{};                // see Start
+    std::string viewMessage{};              // why a stored view is not there; "": nothing is wrong
     std::shared_ptr<SceneUpload> upload{};  // set once the copy to the device begins
 };
 struct LoadFailure {
@@ -42,11 +45,11 @@ class SceneLoader {
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
 
-    // Starts to load a scene with this variant (name or index, "": none), to be seen through this camera
-    // (scene::ChooseView), with this root (scene::LoadOptions). It fails if the scene lacks one of these.
-    // Returns false if another load is running, which continues.
+    // Starts to load a scene with this variant (name or index, "": none), with its view changed so (null:
+    // not), and with this root (scene::LoadOptions). It fails if the scene lacks the variant, or the changed
+    // view's camera. Returns false if another load is running, which continues.
     bool Start(const std::filesystem::path& file, const std::string& variant = {},
-               const scene::PointsAndLines& pointsAndLines = {}, const std::string& camera = {},
+               const scene::PointsAndLines& pointsAndLines = {}, const ChangeView& changeView = {},
                const std::filesystem::path& root = {});
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {

@@ -23,12 +23,12 @@ bool Workspace::IsEnvironment(const std::filesystem::path& file) {
 }
 
 void Workspace::Open(const std::filesystem::path& file, const std::string& variant,
-                     const std::string& choice) {
+                     const ChangeView& changeView) {
     if (IsEnvironment(file)) {
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant, pointsAndLines, choice, root))
+    if (!loader.Start(file, variant, pointsAndLines, changeView, root))
         ShowMessage("another scene is being loaded");
 }
 
@@ -267,8 +267,17 @@ void Workspace::FollowHistory() {
 bool Workspace::SaveScene(const std::filesystem::path& file) {
     return Try([&] {
         document.Save(file);
+        WriteView(file, ShownView());
         AddRecentFile(file);
         ShowMessage(Text("saved {}", file));
+    });
+}
+
+void Workspace::SaveView() {
+    const std::filesystem::path file = document.File();
+    Try([&] {
+        WriteView(file, ShownView());
+        ShowMessage(Text("saved the view: {}", ViewFileOf(file)));
     });
 }
 
@@ -395,12 +404,14 @@ Settings Workspace::SettingsToSave() const {
     return settings;
 }
 
-void Workspace::OpenEnvironment(const std::filesystem::path& file) {
+void Workspace::OpenEnvironment(const std::filesystem::path& file,
+                                const std::optional<EnvironmentSettings>& settings) {
     if (m_environment.valid()) {
         ShowMessage("another environment is being loaded");
         return;
     }
     m_loadingEnvironment = file;
+    m_loadingSettings = settings;
     ShowMessage(Text("loading {} ...", file));
     m_environment = std::async(std::launch::async, [file] {
         LoadedEnvironment loaded{.map = image::ReadEnvironment(file), .hash = {}};
@@ -417,7 +428,8 @@ void Workspace::FinishLoadingEnvironment() {
         const LoadedEnvironment environment = m_environment.get();
         const image::Environment& loaded = environment.map;
         gpu.SetEnvironmentMap(loaded.image);
-        gpu.SetEnvironment({.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
+        gpu.SetEnvironment(m_loadingSettings.value_or(
+            EnvironmentSettings{.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation}));
         m_environmentFile = m_loadingEnvironment;
         m_environmentHash = environment.hash;
         for (const std::string& warning : loaded.warnings)
@@ -432,6 +444,46 @@ void Workspace::RemoveEnvironmentMap() {
     gpu.SetEnvironment(SceneEnvironment());
     m_environmentFile.clear();
     m_environmentHash.clear();
+}
+
+SceneView Workspace::ShownView() const {
+    const EnvironmentSettings& environment = gpu.Environment();
+    const passes::TonemapSettings& tonemap = view.Show().tonemap;
+    return {.camera = session::CameraText(camera.View()),
+            .aperture = aperture,
+            .focus = focus,
+            .environment = m_environment.valid() ? m_loadingEnvironment : m_environmentFile,
+            .usesScene = environment.usesScene,
+            .light = m_defaultLight,
+            .radiance = environment.radiance,
+            .rotation = glm::degrees(environment.rotation),
+            .exposureEv = tonemap.exposureEv,
+            .whitePoint = m_whitePoint,
+            .tonemap = tonemap.tonemapOperator};
+}
+
+void Workspace::Use(const SceneView& seen) {
+    Try([&] { UseCamera(seen.camera); });
+    aperture = seen.aperture;
+    focus = seen.focus;
+    viewport::ShowSettings show = view.Show();
+    show.tonemap.exposureEv = seen.exposureEv;
+    show.tonemap.tonemapOperator = seen.tonemap;
+    view.SetShow(show);
+    SetWhitePoint(seen.whitePoint);
+    m_defaultLight = seen.light;
+    const EnvironmentSettings environment{.radiance = seen.radiance,
+                                          .rotation = glm::radians(seen.rotation),
+                                          .usesScene = seen.usesScene,
+                                          .defaultLight = seen.light};
+    const std::filesystem::path& shown = m_environment.valid() ? m_loadingEnvironment : m_environmentFile;
+    if (seen.environment != shown && !seen.environment.empty())
+        return OpenEnvironment(seen.environment, environment);
+    if (seen.environment.empty()) RemoveEnvironmentMap();
+    if (m_environment.valid())
+        m_loadingSettings = environment;
+    else
+        gpu.SetEnvironment(environment);
 }
 
 void Workspace::UseLight(DefaultLight light) {
@@ -499,13 +551,23 @@ bool Workspace::Show(LoadedScene loaded) {
     Select(std::nullopt);
     explained.Clear();
     bookmarks = {};
-    aperture = focus = 0.0f;
     m_isPickingFocus = false;
     m_focusRequest.reset();
     const scene::SceneData& scene = document.Scene();
-    if (m_environmentFile.empty()) gpu.SetEnvironment(SceneEnvironment());
-    UseCamera(loaded.camera);
+    // What a file does not say stays: the environment map, and how the picture is shown
+    SceneView seen = ShownView();
+    seen.camera.clear();
+    seen.aperture = seen.focus = 0.0f;
+    if (seen.environment.empty()) {
+        seen.usesScene = true;
+        seen.radiance = glm::vec3(1.0f);
+        seen.rotation = 0.0f;
+    }
+    if (loaded.view) seen = *loaded.view;
+    if (loaded.changeView) loaded.changeView(seen);
     ShowMessage(scene.warnings.empty() ? "" : scene.warnings.front());
+    if (!loaded.viewMessage.empty()) ReportError(loaded.viewMessage);
+    Use(seen);
     return true;
 }
 

@@ -21,6 +21,7 @@
 #include "editor/app/hierarchy.h"
 #include "editor/app/log_history.h"
 #include "editor/app/scene_loader.h"
+#include "editor/app/scene_view.h"
 #include "editor/app/settings.h"
 #include "editor/app/thumbnails.h"
 #include "editor/app/timeline.h"
@@ -70,10 +71,13 @@ class Workspace {
     // Returns whether the extension is .hdr or .exr; any other file is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);
     // Starts to load a scene or an environment map (.hdr, .exr) on another thread; the message says if
-    // another load of the kind is running. A scene is shown in this variant (name or index, "": none), and
-    // through this camera (scene::ChooseView).
+    // another load of the kind is running. A scene is shown in this variant (name or index, "": none), and in
+    // the view that is stored beside it, if there is one, changed so (null: not).
     void Open(const std::filesystem::path& file, const std::string& variant = {},
-              const std::string& choice = {});
+              const ChangeView& changeView = {});
+    // Returns how the open scene is seen. Use shows it so; a camera that the scene lacks is reported.
+    SceneView ShownView() const;
+    void Use(const SceneView& seen);
     void RemoveEnvironmentMap();
     // Chooses the light of the open scene and of those opened later, where there is no environment map: their
     // own light, or the studio.
@@ -94,9 +98,10 @@ class Workspace {
     // Replaces the open scene, whose unsaved edits are lost. Returns false if the device refuses the new one;
     // then nothing changes, and the message says why.
     bool Show(LoadedScene loaded);
-    // Saves the open scene with its edits as .gltf or .glb; the new file is the open one then. Returns false
-    // on a failure; the message reports the result.
+    // Saves the open scene with its edits as .gltf or .glb, and the view beside it; the new file is the open
+    // one then. Returns false on a failure; the message reports the result.
     bool SaveScene(const std::filesystem::path& file);
+    void SaveView();  // beside the open scene's file; the message reports the result
     // Shows a variant of the scene's materials in all views; scene::kNone: no variant. This is no edit, and
     // is not saved.
     void ShowVariant(uint32_t variant);
@@ -250,7 +255,9 @@ class Workspace {
     std::optional<viewport::Pick> m_focusRequest;
     int m_whitePoint = Settings().whitePoint;  // of the view's TonemapSettings::whiteBalance
 
-    void OpenEnvironment(const std::filesystem::path& file);
+    // Shows the map with these settings, else with a radiance factor of 1 and the present rotation.
+    void OpenEnvironment(const std::filesystem::path& file,
+                         const std::optional<EnvironmentSettings>& settings = {});
     void FinishLoadingEnvironment();
     bool TryWithDocument(const Document& of, const std::function<void()>& run);
 
@@ -265,6 +272,7 @@ class Workspace {
     }
     DefaultLight m_defaultLight = DefaultLight::Auto;
     std::filesystem::path m_environmentFile, m_loadingEnvironment;
+    std::optional<EnvironmentSettings> m_loadingSettings;  // for the map that is being loaded
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::NoiseRequest> m_errorRequest;

@@ -217,7 +217,7 @@ CLI::App* AddDenoise(CLI::App& app, DenoiseArguments& arguments) {
     constexpr auto kDenoisers = Texts(FileDenoiser{});
     AddDenoiser(*denoise, ListForHelp(FileDenoiser::Network), {kDenoisers.begin(), kDenoisers.end()},
                 arguments.denoiser);
-    AddDisplay(*denoise, "K", "", arguments);
+    AddDisplay(*denoise, " of a .png", "K", "", arguments);
     AddDevice(*denoise, arguments.device);
     AddValidate(*denoise, arguments.isValidating);
     AddOutput(*denoise, arguments);
@@ -360,8 +360,11 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     CLI::App* edit = app.add_subcommand("edit", "View and edit a scene in a window, path-traced or drawn");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(*edit, arguments.given, {"camera", "light", "texture-budget"});
+    AddSettings(
+        *edit, arguments.given,
+        {"camera", "aperture", "focus", "env-rotation", "light", "env-tint", "background", "texture-budget"});
     AddOrbits(*edit, arguments.given);
+    AddDisplay(*edit, "", "K", "", arguments);
     AddRoot(*edit, arguments.root);
     AddEnvironment(*edit, arguments.environment);
     std::vector<std::string> names = EditViewNames();
@@ -460,6 +463,8 @@ void CheckEdit(const EditArguments& arguments) {
         Reject("--variant is one of a scene: it needs a FILE");
     if (arguments.scene.empty() && arguments.given.contains("camera"))
         Reject("--camera looks at a scene: it needs a FILE");
+    if (arguments.whitePoint && !arguments.whitePoint->kelvin)
+        Reject("--white-point auto: render knows it; give a number of kelvin, such as 5000");
     CheckEnvironment(arguments.given, !arguments.environment.empty());
 }
 

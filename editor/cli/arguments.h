@@ -205,7 +205,7 @@ struct VerifyArguments : OutputArguments, ComparedArguments {
     std::filesystem::path json, html;  // "": none
 };
 
-struct EditArguments : OutputArguments {
+struct EditArguments : OutputArguments, DisplayArguments {
     std::filesystem::path scene;           // "": starts without a scene
     std::string variant;                   // "": no variant
     std::filesystem::path root;            // "": each scene's folder

@@ -2,6 +2,8 @@
 #include "editor/cli/commands.h"
 
 #ifdef RAYGRAPH_HAS_EDITOR
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "base/os.h"
@@ -25,6 +27,32 @@ std::vector<std::string> RenderProgram(const std::string& device) {
     return words;
 }
 
+// Returns how the view of the first scene is changed by what the command line gives.
+editor::ChangeView ChangeOf(const EditArguments& arguments) {
+    return [arguments, settings = SettingsFrom(arguments.given)](editor::SceneView& seen) {
+        const auto isGiven = [&](const char* name) { return arguments.given.contains(name); };
+        const auto take = [](const std::array<float, 3>& rgb) { return glm::vec3(rgb[0], rgb[1], rgb[2]); };
+        if (isGiven("camera")) seen.camera = settings.camera;
+        if (isGiven("aperture")) seen.aperture = settings.aperture;
+        if (isGiven("focus")) seen.focus = settings.focusDistance;
+        if (isGiven("light")) {
+            seen.light = settings.light;
+            seen.usesScene = true;
+        }
+        if (isGiven("env-rotation")) seen.rotation = settings.environmentRotation;
+        if (isGiven("env-tint")) seen.radiance = take(settings.environmentTint);
+        if (settings.background) {
+            seen.environment.clear();
+            seen.usesScene = false;
+            seen.radiance = take(*settings.background);
+        }
+        seen.exposureEv = arguments.exposureEv.value_or(seen.exposureEv);
+        seen.tonemap = arguments.tonemap.value_or(seen.tonemap);
+        if (arguments.whitePoint)
+            seen.whitePoint = static_cast<int>(std::lround(*arguments.whitePoint->kelvin));
+    };
+}
+
 }  // namespace
 #endif
 
@@ -39,10 +67,9 @@ void EditCommand(const EditArguments& arguments, [[maybe_unused]] Console& conso
     const std::optional<EditView>& view = arguments.view;
     editor::RunEditor({.scene = arguments.scene,
                        .variant = arguments.variant,
-                       .camera = settings.camera,
                        .root = arguments.root,
                        .environment = arguments.environment,
-                       .light = settings.light,
+                       .changeView = ChangeOf(arguments),
                        .view = view ? std::optional(view->view) : std::nullopt,
                        .surface = view ? view->surface : std::nullopt,
                        .compared = view ? std::optional(view->compared) : std::nullopt,

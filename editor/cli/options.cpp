@@ -496,10 +496,10 @@ void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::
                names);
 }
 
-void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
+void AddDisplay(CLI::App& app, const char* of, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments) {
     const passes::TonemapSettings display = DisplayOf({});
-    AddOption(app, "--exposure", "EV", Text("Exposure of a .png in stops ({})", display.exposureEv),
+    AddOption(app, "--exposure", "EV", Text("Exposure{} in stops ({})", of, display.exposureEv),
               [&](const std::string& text) {
                   arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
               });
@@ -513,7 +513,7 @@ void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whiteP
     SetChoices(
         *AddOption(
             app, "--tonemap", "OP",
-            "Tone curve of a .png: " +
+            Text("Tone curve{}: ", of) +
                 ListForHelp(operators, notes, static_cast<size_t>(display.tonemapOperator)),
             [&arguments, operators](const std::string& text) {
                 if (text == Name(TonemapOperator::Linear))
@@ -525,9 +525,9 @@ void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whiteP
         operators);
     AddOption(
         app, "--white-point", whitePoint,
-        Text("White balance of a .png: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
+        Text("White balance{}: a light of K kelvin, {} to {}, is shown as white ({:g}: no "
              "change){}",
-             passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint, whitePointHelp),
+             of, passes::kMinWhitePoint, passes::kMaxWhitePoint, passes::kDisplayWhitePoint, whitePointHelp),
         [&](const std::string& text) { arguments.whitePoint = ParseWhitePoint(text); });
 }
 
@@ -593,7 +593,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                  ToText(kSheetPicture))));
     AddRoot(*render, arguments.root);
     AddEnvironment(*render, arguments.environment);
-    AddDisplay(*render, "K|auto", "; auto: the light of the scene", arguments);
+    AddDisplay(*render, " of a .png", "K|auto", "; auto: the light of the scene", arguments);
     constexpr auto kTypes = Texts(ExrType{});
     SetChoices(*AddOption(*render, "--exr-type", "TYPE", "Numbers of an .exr: " + ListForHelp(ExrType::Float),
                           [&](const std::string& text) { arguments.exrType = ParseChoice<ExrType>(text); }),

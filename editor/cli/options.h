@@ -53,8 +53,9 @@ void AddDenoiser(CLI::App& app, const std::string& help, const std::vector<std::
 // Returns the name of --tonemap: what the operator Linear writes with eight bits is called raw, as nothing
 // else can show it.
 const char* TonemapName(TonemapOperator op);
-// Adds --exposure, --tonemap and --white-point; `whitePoint` is the operand of the last one.
-void AddDisplay(CLI::App& app, const char* whitePoint, const std::string& whitePointHelp,
+// Adds --exposure, --tonemap and --white-point, for the help `of` a picture; `whitePoint` is the operand of
+// the last one.
+void AddDisplay(CLI::App& app, const char* of, const char* whitePoint, const std::string& whitePointHelp,
                 DisplayArguments& arguments);
 // Adds --traversal and --integrator-form.
 void AddTracing(CLI::App& app, TracingChoice& tracing);

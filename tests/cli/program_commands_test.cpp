@@ -523,6 +523,25 @@ TEST(ProgramEdit, EveryViewCanBeTheFirst) {
     }
 }
 
+TEST(ProgramEdit, TakesTheViewOfARender) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path saved = folder / "saved.gltf";
+    std::ofstream(folder / "script.txt") << "size 120x100\nwait\nscene " << saved.string() << "\n";
+    const test::ProgramResult edited =
+        RunProgram(folder,
+                   "edit @cornell.gltf --view raster --headless-script script.txt --exposure 1.5 "
+                   "--tonemap agx --white-point 5000 --aperture .25 --focus 3 --background .5,1,2");
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
+    ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+    const nlohmann::json view = nlohmann::json::parse(std::ifstream(saved.string() + ".view.json"));
+    EXPECT_EQ(view.at("display"),
+              nlohmann::json({{"exposure", 1.5}, {"tonemap", "agx"}, {"whitePoint", 5000}}));
+    EXPECT_EQ(view.at("camera").at("aperture"), 0.25);
+    EXPECT_EQ(view.at("camera").at("focus"), 3.0);
+    EXPECT_EQ(view.at("environment").at("usesScene"), false);
+    EXPECT_EQ(view.at("environment").at("radiance"), nlohmann::json({0.5, 1.0, 2.0}));
+}
+
 TEST(ProgramEdit, RefusesWhatItCannotBeginWith) {
     const test::TemporaryFolder folder;
     const auto expect = [&](const std::string& line, int exitCode, const std::string& text) {
@@ -532,6 +551,7 @@ TEST(ProgramEdit, RefusesWhatItCannotBeginWith) {
     };
     expect("edit --camera 0", 2, "--camera looks at a scene: it needs a FILE");
     expect("edit @cornell.gltf --camera '0 0 0 0 0 0 0 1 0 40'", 2, "--camera");
+    expect("edit @cornell.gltf --white-point auto", 2, "render knows it");
     expect("edit @cornell.gltf --view cubist", 2, "side-by-side, difference, relative-error, flip");
     const test::ProgramResult edited = RunProgram(folder, "edit --env sky.png --headless-script none.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);

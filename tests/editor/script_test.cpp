@@ -402,7 +402,7 @@ TEST_F(ScriptTest, ControlSSavesOverTheFileAndAKeyThatDoesNothingSaysWhy) {
         "key ctrl+z\nexpect message Ctrl+Z: there is nothing to undo\n"
         "key space\nexpect message Space: the scene has no animation\n"
         "key J\nexpect message J does nothing; F1 lists the keys\n");
-    Play(OpenCornell() + "scene " + file.string() + "\nkey ctrl+s\nexpect message has no edits to save\n" +
+    Play(OpenCornell() + "scene " + file.string() + "\nkey ctrl+s\nexpect message saved the view: \n" +
          "mouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nkey ctrl+s\nexpect message saved\n");
     EXPECT_FALSE(editor.Work().document.IsEdited());
     const uint32_t material = *editor.Work().selectedMaterial;
