@@ -156,7 +156,7 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
 
     request.stop = RenderStop::Time;
     request.minutes = 0.5f;
-    request.isTransparent = true;
+    request.backdrop = RenderBackdrop::Transparent;
     request.pictures = RenderedPictures::Cameras;
     EXPECT_NE(WhyNotRendered(editor.Work(), request).find("{camera}"), std::string::npos);
     request.outputs = {folder / "a-{camera}.exr"};
@@ -166,6 +166,19 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
     EXPECT_TRUE(Has(task, "--transparent", "on"));
     EXPECT_TRUE(Has(task, "--camera", "camera")) << "by its name";
     EXPECT_EQ(std::ranges::count(task.command, "--camera"), 1);
+
+    request.backdrop = RenderBackdrop::Blurred;
+    request.hasGround = true;
+    EXPECT_NE(WhyNotRendered(editor.Work(), request).find("behind a .png or .jpg alone"), std::string::npos);
+    request.outputs.push_back(folder / "a-{camera}.jpg");
+    EXPECT_EQ(WhyNotRendered(editor.Work(), request), "");
+    task = Task(request);
+    EXPECT_TRUE(Has(task, "--backdrop", "blur:10"));
+    EXPECT_TRUE(Has(task, "--ground", "on"));
+    EXPECT_FALSE(Has(task, "--transparent", "on"));
+    request.backdrop = RenderBackdrop::Color;
+    EXPECT_TRUE(Has(Task(request), "--backdrop", "1,1,1"));
+    request.backdrop = RenderBackdrop::Environment;
 
     request.pictures = RenderedPictures::Frames;
     request.outputs = {folder / "a-##.exr"};
