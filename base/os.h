@@ -15,6 +15,7 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/api.h"
@@ -171,10 +172,12 @@ class ChildProcess {
 
     // Reads what the program has written. Returns whether it has not ended yet; does not block.
     bool IsRunning();
-    // Returns what it has written until the last IsRunning.
-    const std::string& Written() const { return m_written; }
-    // Returns all that it has written; none if it could not be started or ended with another status than 0.
-    // For after its end.
+    // Returns whether there is, or was, such a process: the program was found, and could be started.
+    bool IsStarted() const { return m_isStarted; }
+    // Returns what it has written until the last IsRunning, and was not taken before.
+    std::string TakeWritten() { return std::exchange(m_written, {}); }
+    // Returns all that it has written and was not taken; none if it could not be started or ended with
+    // another status than 0. For after its end.
     std::optional<std::string> Output() const {
         return m_status == 0 ? std::optional(m_written) : std::nullopt;
     }
@@ -187,6 +190,7 @@ class ChildProcess {
     void Reap();
 
     int m_process = 0;  // 0: it has ended
+    bool m_isStarted = false;
     int m_pipe = -1;
     std::string m_written;
     std::optional<int> m_status;

@@ -559,8 +559,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command, ErrorStream 
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
     if (errors == ErrorStream::WithOutput) posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-    if (posix_spawnp(&m_process, arguments[0], &actions, nullptr, arguments.data(), environ) != 0)
-        m_process = 0;
+    m_isStarted = posix_spawnp(&m_process, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
+    if (!m_isStarted) m_process = 0;
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
     m_pipe = ends[0];

@@ -91,7 +91,7 @@ Editor::Editor(rhi::Device& device, EditorOptions options)
 
 bool Editor::IsBusy() const {
     return m_work.IsLoading() || m_isPicking || m_work.IsFocusPending() || m_work.explained.IsPending() ||
-           !m_saving.empty() || !m_savingRenders.empty() || m_render.IsBusy() || m_worker.IsBusy() ||
+           !m_saving.empty() || !m_savingRenders.empty() || m_render.Queue().IsBusy() || m_worker.IsBusy() ||
            !m_pictureFile.empty() || !m_windowFile.empty();
 }
 

@@ -142,7 +142,9 @@ class Editor {
     Extent2D m_windowSize{};         // points, in the last frame
     FileDialog m_dialog;
     RenderDialog m_render;
-    bool m_isLosingRenders = false;  // the user has been told that closing cancels them
+    // RenderQueue::AddedCount when the user was told that closing cancels the renders; 0: not told.
+    uint64_t m_lostRenders = 0;
+    uint64_t m_sceneCount = 0;  // of those that were shown: dialogs find out that theirs is gone
     UnsavedDialog m_unsaved;
     std::optional<LoadedScene> m_loaded;  // waits for an answer
     uint64_t m_discardedChanges = 0;      // Document::ChangeCount when the user agreed to lose the edits

@@ -42,7 +42,10 @@ void Editor::ConfirmDiscard(const std::string& loss, std::function<void()> then)
     m_unsaved.Ask(
         Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.", file, loss),
         [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
-            if (answer == UnsavedDialog::Answer::Cancel) return;
+            if (answer == UnsavedDialog::Answer::Cancel) {
+                m_lostRenders = 0;
+                return;
+            }
             // If saving fails, the edits are kept, and the message says why
             if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
             then();
@@ -70,7 +73,9 @@ void Editor::FinishLoading() {
     const auto show = [this, loaded] {
         if (!m_work.Show(std::move(*loaded))) return;
         m_isPicking = false;  // the pick's scene is gone
-        StoreSettings();      // stores the file in the list of recent ones
+        ++m_sceneCount;
+        if (m_render.IsOpen()) m_render.Open(m_work);
+        StoreSettings();  // stores the file in the list of recent ones
     };
     if (m_work.document.ChangeCount() == m_discardedChanges)
         show();
@@ -79,7 +84,8 @@ void Editor::FinishLoading() {
 }
 
 void Editor::Leave() {
-    if (m_render.IsBusy() && !std::exchange(m_isLosingRenders, true))
+    const RenderQueue& renders = m_render.Queue();
+    if (renders.IsBusy() && std::exchange(m_lostRenders, renders.AddedCount()) != renders.AddedCount())
         return m_work.ReportError("renders are not done yet: closing the editor again cancels them");
     ConfirmDiscard("closing the editor", [this] { m_isQuitting = true; });
 }
@@ -117,13 +123,16 @@ void Editor::ShowOpenDialog() {
 
 void Editor::ShowReplaceImageDialog(uint32_t texture) {
     const std::string current = m_work.document.ImageOf(texture).file;
-    m_dialog.Ask(
-        {.title = "Exchange the image",
-         .hint = "A picture for the textures that show this image: .png, .jpg, .webp, .dds, .ktx2",
-         .purpose = FileQuestion::For::Reading,
-         .suggestion = m_work.document.File().parent_path() / current,
-         .extensions = {".png", ".jpg", ".jpeg", ".webp", ".dds", ".ktx2"}},
-        [this, texture](const std::filesystem::path& file) { return m_work.ReplaceImage(texture, file); });
+    m_dialog.Ask({.title = "Exchange the image",
+                  .hint = "A picture for the textures that show this image: .png, .jpg, .webp, .dds, .ktx2",
+                  .purpose = FileQuestion::For::Reading,
+                  .suggestion = m_work.document.File().parent_path() / current,
+                  .extensions = {".png", ".jpg", ".jpeg", ".webp", ".dds", ".ktx2"}},
+                 [this, texture, scene = m_sceneCount](const std::filesystem::path& file) {
+                     if (scene == m_sceneCount) return m_work.ReplaceImage(texture, file);
+                     m_work.ReportError("no image was exchanged: its scene has been closed");
+                     return std::string();  // ends the dialog
+                 });
 }
 
 std::string Editor::PictureName(const std::string& stem) const {

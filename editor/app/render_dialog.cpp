@@ -26,6 +26,18 @@ constexpr int kMaxSide = 16384;                       // pixels, of session::Pic
 constexpr float kField = 260.0f, kProgress = 260.0f;  // points
 constexpr ImGuiSliderFlags kClamp = ImGuiSliderFlags_AlwaysClamp;
 
+// Returns the names; those of files that are there come first, after "replaces".
+std::string OutputsText(const std::vector<fs::path>& outputs) {
+    std::string replaced, made;
+    for (const fs::path& file : outputs) {
+        std::error_code ignored;
+        std::string& list = fs::exists(file, ignored) ? replaced : made;
+        list += (list.empty() ? "" : ", ") + file.filename().string();
+    }
+    if (replaced.empty()) return made;
+    return Text("replaces {}{}{}", replaced, made.empty() ? "" : "; ", made);
+}
+
 // Returns the place in the name of a file for what tells its pictures apart (docs/cli.md); "": there is one.
 const char* PlaceOf(RenderedPictures pictures) {
     switch (pictures) {
@@ -62,6 +74,7 @@ std::shared_ptr<const PrivateCopy> CopyOf(const Document& document) {
     fs::path cache = CacheFolder();
     if (cache.empty()) cache = fs::temp_directory_path() / "raygraph";
     std::random_device random;
+    SweepCopies(cache / "renders");
     const fs::path folder = cache / "renders" / Text("{:08x}{:08x}", random(), random());
     std::error_code error;
     fs::create_directories(folder, error);
@@ -113,7 +126,12 @@ std::string WhyNotRendered(const Workspace& work, const RenderRequest& request) 
 RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vector<std::string> command) {
     RenderTask task{.command = std::move(command)};
     std::vector<std::string>& words = task.command;
-    if (work.document.IsEdited()) task.copy = CopyOf(work.document);
+    if (work.document.IsEdited()) {
+        task.copy = CopyOf(work.document);
+    } else {
+        task.scene = work.document.File();
+        task.stamp = StampOf(task.scene);
+    }
     session::PictureSettings settings = RequestedSettings(work, request);
     words.push_back(FullPath(task.copy ? task.copy->File() : work.document.File()));
     if (request.pictures == RenderedPictures::Cameras) {
@@ -155,6 +173,7 @@ RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vect
     words.emplace_back(request.isDenoised && canDenoise ? "--denoise" : "--no-denoise");
     for (const fs::path& file : request.outputs) {
         AddOption(words, "output", FullPath(file));
+        task.outputs.push_back(file);
         task.name += Text("{}{}", task.name.empty() ? "" : ", ", file);
     }
     AddOption(words, "progress", "json");
@@ -163,11 +182,14 @@ RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vect
 
 void RenderDialog::Open(const Workspace& work) {
     if (m_request.size.IsEmpty()) m_request.size = work.view.Size();
+    const double length = work.timeline.Length();
     if (const fs::path& scene = work.document.File(); m_scene != scene) {
         m_scene = scene;
         SetName(scene.stem().string());
+        m_request.first = 0.0;
+        m_request.last = length;
     }
-    m_request.last = work.timeline.Length();
+    for (double* const seconds : {&m_request.first, &m_request.last}) *seconds = std::min(*seconds, length);
     m_isOpen = m_isNew = true;
     ++m_openedCount;
 }
@@ -182,9 +204,12 @@ void RenderDialog::Fill(Extent2D size, uint32_t samples, const fs::path& file) {
     m_request.stop = RenderStop::Samples;
     m_request.samples = samples;
     m_request.isDenoised = false;
-    fs::path stem = file;
-    SetName(stem.replace_extension().string());
+    SetFile(file);
+}
+
+void RenderDialog::SetFile(fs::path file) {
     for (size_t i = 0; i < kFormats.size(); ++i) m_formats[i] = LowerExtension(file) == kFormats[i];
+    SetName(file.replace_extension().string());
 }
 
 RenderRequest RenderDialog::Request() const {
@@ -198,10 +223,15 @@ RenderRequest RenderDialog::Request() const {
     return request;
 }
 
+std::string RenderDialog::WhyNot(const Workspace& work, const RenderRequest& request) const {
+    if (std::string why = WhyNotRendered(work, request); !why.empty()) return why;
+    for (const fs::path& file : request.outputs)
+        if (m_queue.IsWriting(file)) return Text("{}: a render of the list writes it", file);
+    return m_command.empty() ? "there is no program that renders" : "";
+}
+
 void RenderDialog::Start(Workspace& work, const RenderRequest& request) {
-    std::string why = WhyNotRendered(work, request);
-    if (why.empty() && m_command.empty()) why = "there is no program that renders";
-    if (!why.empty()) return work.ReportError(why);
+    if (const std::string why = WhyNot(work, request); !why.empty()) return work.ReportError(why);
     try {
         RenderTask task = TaskOf(work, request, m_command);
         work.ShowMessage(Text("queued {}", task.name));
@@ -296,12 +326,10 @@ bool RenderDialog::DrawFile(FileDialog& files) {
                    .purpose = FileQuestion::For::Writing,
                    .suggestion = std::string(m_file.data()) + kFormats[0],
                    .extensions = {kFormats.begin(), kFormats.end()}},
-                  [this](fs::path file) {
-                      const auto format = std::ranges::find(kFormats, LowerExtension(file));
-                      if (format == kFormats.end())
+                  [this](const fs::path& file) {
+                      if (std::ranges::count(kFormats, LowerExtension(file)) == 0)
                           return Text("{}: must end in .png, .jpg, .exr or .hdr", file);
-                      m_formats[static_cast<size_t>(format - kFormats.begin())] = true;
-                      SetName(file.replace_extension().string());
+                      SetFile(file);
                       return std::string();
                   });
     for (size_t i = 0; i < kFormats.size(); ++i) {
@@ -327,19 +355,16 @@ void RenderDialog::Draw(Workspace& work, FileDialog& files) {
         ImGui::PopItemWidth();
 
         const RenderRequest request = Request();
-        const std::string why = WhyNotRendered(work, request);
+        const std::string why = WhyNot(work, request);
         ImGui::BeginDisabled(!why.empty());
         const bool isPressed = ImGui::Button("Render");
         ImGui::EndDisabled();
         if (isPressed || isEntered) Start(work, request);
         ImGui::SameLine();
-        std::error_code ignored;
         if (!why.empty())
             ImGui::TextColored({0.95f, 0.35f, 0.3f, 1.0f}, "%s", why.c_str());
-        else if (fs::exists(request.outputs.front(), ignored))
-            ImGui::TextDisabled("replaces %s", request.outputs.front().filename().c_str());
         else
-            ImGui::TextDisabled("%s", request.outputs.front().filename().c_str());
+            ImGui::TextDisabled("%s", OutputsText(request.outputs).c_str());
         DrawQueue();
     }
     ImGui::End();

@@ -81,11 +81,15 @@ class RenderDialog {
     void DrawStatus();
     // Goes on with the queue; called once a frame. The message reports jobs that have ended.
     void Update(Workspace& work);
-    bool IsBusy() const { return m_queue.IsBusy(); }
-
-  private:
+    const RenderQueue& Queue() const { return m_queue; }
+    // Chooses the name and the format of a file, and no other format.
+    void SetFile(std::filesystem::path file);
     // Returns what the fields ask for.
     RenderRequest Request() const;
+    // Returns why that cannot be queued now, in a line; "": it can.
+    std::string WhyNot(const Workspace& work, const RenderRequest& request) const;
+
+  private:
     void SetName(const std::string& name);
     void Start(Workspace& work, const RenderRequest& request);
     void DrawPictures(const Workspace& work);

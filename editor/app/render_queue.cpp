@@ -1,6 +1,7 @@
 #include "editor/app/render_queue.h"
 
 #include <algorithm>
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
@@ -10,6 +11,8 @@
 
 namespace raygraph::editor {
 
+namespace fs = std::filesystem;
+
 namespace {
 
 constexpr int kTryAgain = 75;  // exit status of a render that SIGTERM has ended (docs/cli.md)
@@ -18,7 +21,19 @@ constexpr int kTryAgain = 75;  // exit status of a render that SIGTERM has ended
 
 PrivateCopy::~PrivateCopy() {
     std::error_code ignored;
-    std::filesystem::remove_all(m_file.parent_path(), ignored);
+    fs::remove_all(m_file.parent_path(), ignored);
+}
+
+void SweepCopies(const fs::path& folder) {
+    constexpr std::chrono::hours kWeek{7 * 24};
+    std::error_code error;
+    std::vector<fs::path> old;
+    for (fs::directory_iterator end, each(folder, error); !error && each != end; each.increment(error)) {
+        std::error_code unknown;
+        const auto age = fs::file_time_type::clock::now() - fs::last_write_time(*each, unknown);
+        if (!unknown && age > kWeek) old.push_back(*each);
+    }
+    for (const fs::path& each : old) fs::remove_all(each, error);
 }
 
 bool ReadProgress(std::string_view line, RenderProgress& progress) {
@@ -67,6 +82,7 @@ RenderQueue::~RenderQueue() {
 
 void RenderQueue::Add(RenderTask task) {
     m_jobs.push_back({.task = std::move(task)});
+    ++m_addedCount;
 }
 
 const RenderQueue::Job* RenderQueue::Running() const {
@@ -78,22 +94,43 @@ bool RenderQueue::IsBusy() const {
     return !std::ranges::all_of(m_jobs, &Job::IsOver);
 }
 
+bool RenderQueue::IsWriting(const fs::path& file) const {
+    const auto nameOf = [](const fs::path& path) {
+        std::error_code error;
+        const fs::path whole = fs::absolute(path, error), canonical = fs::weakly_canonical(whole, error);
+        return error ? whole : canonical;
+    };
+    const fs::path name = nameOf(file);
+    return std::ranges::any_of(m_jobs, [&](const Job& job) {
+        return !job.IsOver() && std::ranges::count(job.task.outputs, name, nameOf) > 0;
+    });
+}
+
 void RenderQueue::ReadLines(Job& job) {
-    const std::string_view text = m_process->Written();
-    for (size_t end = text.find('\n', m_read); end != text.npos; end = text.find('\n', m_read)) {
-        const std::string_view line = text.substr(m_read, end - m_read);
-        m_read = end + 1;
-        if (!ReadProgress(line, job.progress) && !line.empty()) m_lastMessage = Printable(line);
-    }
+    m_unread += m_process->TakeWritten();
+    size_t start = 0;
+    for (size_t end = 0; (end = m_unread.find('\n', start)) != m_unread.npos; start = end + 1)
+        ReadLine(job, std::string_view(m_unread).substr(start, end - start));
+    m_unread.erase(0, start);
+}
+
+void RenderQueue::ReadLine(Job& job, std::string_view line) {
+    if (!ReadProgress(line, job.progress) && !line.empty()) m_lastMessage = Printable(line);
 }
 
 void RenderQueue::End(Job& job) {
     const std::optional<int> status = m_process->ExitStatus();
+    const bool isStarted = m_process->IsStarted();
     m_process.reset();
+    ReadLine(job, std::exchange(m_unread, {}));  // the last line may have no end
     job.task.copy.reset();
     const std::string& name = job.task.name;
     const std::string& said = m_lastMessage;
-    if (status == 0) {
+    if (!isStarted) {
+        job.state = State::Failed;
+        job.result =
+            Text("{}: not rendered: {} could not be started", name, Printable(job.task.command.front()));
+    } else if (status == 0) {
         job.state = State::Done;
         job.result = Text("rendered {}{}{}", name, said.empty() ? "" : ": ", said);
     } else if (m_isStopping && status == kTryAgain && job.progress.written > 0) {
@@ -109,8 +146,14 @@ void RenderQueue::End(Job& job) {
 }
 
 void RenderQueue::Start(Job& job) {
+    const RenderTask& task = job.task;
+    if (task.stamp && StampOf(task.scene) != task.stamp) {
+        job.state = State::Failed;
+        job.result = Text("{}: not rendered: {} has changed since it was queued", task.name, task.scene);
+        return;
+    }
     job.state = State::Running;
-    m_read = 0;
+    m_unread.clear();
     m_lastMessage.clear();
     m_isStopping = false;
     m_process = std::make_unique<os::ChildProcess>(job.task.command, os::ErrorStream::WithOutput);
@@ -126,8 +169,9 @@ const RenderQueue::Job* RenderQueue::Update() {
         return &*running;
     }
     const auto next = std::ranges::find(m_jobs, State::Waiting, &Job::state);
-    if (next != m_jobs.end()) Start(*next);
-    return nullptr;
+    if (next == m_jobs.end()) return nullptr;
+    Start(*next);
+    return next->IsOver() ? &*next : nullptr;
 }
 
 void RenderQueue::Cancel(size_t index) {

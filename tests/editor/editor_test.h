@@ -9,6 +9,7 @@
 #include "editor/app/editor.h"
 #include "editor/app/script.h"
 #include "editor/app/window.h"
+#include "tests/support/current_folder.h"
 #include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
@@ -40,7 +41,8 @@ class EditorTest : public testing::VulkanTest {
                "\nwait\n";
     }
 
-    test::TemporaryFolder folder;
+    const test::TemporaryFolder folder;
+    const test::CurrentFolder current{folder.Path()};  // files of default names are written there
     Editor editor;
     PictureScreen screen;
 };

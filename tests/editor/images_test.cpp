@@ -92,6 +92,37 @@ TEST_F(ImagesTest, AreExchangedAndSavedWhereTheyWereAndUndoGivesTheFileBack) {
     EXPECT_EQ(ReadFile(folder.Path() / "scene/new.png"), old);
 }
 
+TEST_F(ImagesTest, AreOfTheSceneForWhichTheDialogAsked) {
+    Write("elsewhere/new.png", test::MakePng(3, 2, kNew));
+    for (const char* name : {"scene/a.gltf", "scene/b.gltf"})
+        Write(name, test::ToBytes(Textured({{"uri", test::DataUri(test::MakePng(1, 1, kOld))}}).Text()));
+    Play("size 320x200\nview raster\nopen " + (folder / "scene/a.gltf").string() + "\nwait\n");
+    editor.Work().imageToReplace = 0;
+    Play("size 320x200\nframes 2\nopen " + (folder / "scene/b.gltf").string() + "\nwait\nkey ctrl+a\ntext " +
+         (folder / "elsewhere/new.png").string() +
+         "\nframes 1\nkey enter\nframes 2\nexpect message its scene has been closed\nexpect edits 0\n");
+}
+
+TEST_F(ImagesTest, OfTheEnvironmentStayWhereATextureIsExchanged) {
+    test::GltfDocument document = Textured({{"uri", test::DataUri(test::MakePng(1, 1, kOld))}});
+    document.json["extensionsUsed"] = {"EXT_lights_image_based"};
+    document.json["extensions"]["EXT_lights_image_based"]["lights"] =
+        test::Json::array({{{"irradianceCoefficients", test::Json(9, test::Json{0.5, 0.25, 0})},
+                            {"specularImageSize", 1},
+                            {"specularImages", test::Json::array({test::Json(6, 0)})}}});
+    document.json["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
+    Write("elsewhere/new.png", test::MakePng(3, 3, kNew));
+    Write("scene.gltf", test::ToBytes(document.Text()));
+    const std::filesystem::path saved = folder / "saved.gltf";
+    Play("size 320x200\nview raster\nopen " + (folder / "scene.gltf").string() + "\nwait\n");
+    Exchange();
+    Play("size 320x200\nscene " + saved.string() + "\n");
+    const scene::SceneData before = scene::LoadGltf(folder / "scene.gltf"), after = scene::LoadGltf(saved);
+    EXPECT_EQ(after.images.at(after.textures.at(0).image).width, 3u);
+    EXPECT_TRUE(after.environment.map.rgba == before.environment.map.rgba);
+    EXPECT_FALSE(before.environment.map.rgba.empty());
+}
+
 TEST_F(ImagesTest, AreShownAtOnceAndABadFileChangesNothing) {
     Write("elsewhere/new.png", test::MakePng(3, 2, kNew));
     Write("broken.png", test::ToBytes("\x89PNG and no more"));

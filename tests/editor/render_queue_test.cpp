@@ -84,6 +84,57 @@ TEST(RenderQueue, RunsOneAfterAnotherAndReportsEach) {
     EXPECT_TRUE(queue.Jobs().empty());
 }
 
+TEST(RenderQueue, SaysWhyAProgramThatDoesNotStartOrEndsWithoutALineHasFailed) {
+    const test::TemporaryFolder folder;
+    RenderQueue queue;
+    queue.Add({.command = {(folder / "raygraph (deleted)").string()}, .name = "a.png"});
+    queue.Add(Shell("printf 'out of memory' >&2; exit 1"));
+    queue.Add(Shell("exit 1"));
+    Until(queue, [&] { return !queue.IsBusy(); });
+    EXPECT_TRUE(queue.Jobs()[0].result.ends_with("raygraph (deleted) could not be started"))
+        << queue.Jobs()[0].result;
+    EXPECT_EQ(queue.Jobs()[1].result, "a.png: not rendered: out of memory");
+    EXPECT_EQ(queue.Jobs()[2].result, "a.png: not rendered: the program ended");
+}
+
+TEST(RenderQueue, RendersNoSceneThatHasChangedSinceItWasQueued) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path scene = folder / "scene.gltf";
+    test::Put(scene, "{}");
+    RenderQueue queue;
+    for (int i = 0; i < 2; ++i) {
+        RenderTask task = Shell("exec true");
+        task.scene = scene;
+        task.stamp = StampOf(scene);
+        task.outputs = {folder / "a.png"};
+        queue.Add(std::move(task));
+    }
+    EXPECT_TRUE(queue.IsWriting(folder / "." / "a.png"));
+    EXPECT_FALSE(queue.IsWriting(folder / "b.png"));
+    queue.Update();
+    test::Put(scene, "{\"asset\": {}}");
+    Until(queue, [&] { return !queue.IsBusy(); });
+    EXPECT_EQ(queue.Jobs()[0].state, State::Done);
+    EXPECT_EQ(queue.Jobs()[1].state, State::Failed);
+    EXPECT_TRUE(queue.Jobs()[1].result.ends_with("scene.gltf has changed since it was queued"))
+        << queue.Jobs()[1].result;
+    EXPECT_FALSE(queue.IsWriting(folder / "a.png")) << "all are over";
+}
+
+TEST(PrivateCopy, SweepingRemovesOldOnesAlone) {
+    const test::TemporaryFolder folder;
+    for (const char* name : {"old", "new"}) {
+        std::filesystem::create_directory(folder / name);
+        test::Put(folder / name / "scene.gltf", "{}");
+    }
+    std::filesystem::last_write_time(
+        folder / "old", std::filesystem::file_time_type::clock::now() - std::chrono::hours(8 * 24));
+    SweepCopies(folder.Path());
+    EXPECT_FALSE(std::filesystem::exists(folder / "old"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "new" / "scene.gltf"));
+    SweepCopies(folder / "none");
+}
+
 TEST(RenderQueue, CancelsAndStopsWithTheSamplesSoFar) {
     const test::TemporaryFolder folder;
     const std::string made = (folder / "made").string();
@@ -192,6 +243,36 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
     request.outputs = {folder / "a.png"};
     request.crop = passes::Region{60, 0, 5, 1};
     EXPECT_NE(WhyNotRendered(editor.Work(), request).find("crop"), std::string::npos);
+}
+
+TEST_F(RenderTaskTest, TheDialogFollowsTheSceneAndChoosesOneFormatOfAFile) {
+    Play(OpenCornell() + "key ctrl+shift+e\nframes 1\n");
+    RenderDialog& dialog = editor.OpenRenderDialog();
+    using Paths = std::vector<std::filesystem::path>;
+    EXPECT_EQ(dialog.Request().outputs, Paths{"cornell.png"});
+    dialog.SetFile(folder / "a.exr");
+    EXPECT_EQ(dialog.Request().outputs, Paths{folder / "a.exr"});
+    Play("size 640x400\nopen " + test::SourceFile("scenes/furnace_sphere.gltf").string() +
+         "\nwait\nframes 2\n");
+    EXPECT_EQ(dialog.Request().outputs, Paths{"furnace_sphere.exr"});
+}
+
+namespace {
+
+class SlowRenderTest : public EditorTest {
+  protected:
+    SlowRenderTest() : EditorTest({.render = {"sh", "-c", "exec sleep 60"}}) {}
+};
+
+}  // namespace
+
+TEST_F(SlowRenderTest, ClosingWarnsOfEachRenderThatItCancels) {
+    Play(OpenCornell() + "render 8x8 1 a.png\nkey enter\nexpect message queued\n");
+    Play("size 640x400\nrender 8x8 1 ./a.png\nkey enter\nexpect message a render of the list writes it\n");
+    Play("size 640x400\nclose\nexpect message not done yet\nexpect leaving no\n");
+    Play("size 640x400\nrender 8x8 1 b.png\nkey enter\nexpect message queued\n");
+    Play("size 640x400\nclose\nexpect message not done yet\nexpect leaving no\n");
+    Play("size 640x400\nclose\nexpect leaving yes\n");
 }
 
 #ifdef RAYGRAPH_BUILT_PROGRAM

@@ -447,12 +447,9 @@ TEST_F(ScriptTest, KeysAreBoundInTheHelpAndStored) {
 }
 
 TEST_F(ScriptTest, TabStaysOutOfNumberFieldsAndScreenshotsAreNumbered) {
-    const std::filesystem::path before = std::filesystem::current_path();
-    std::filesystem::current_path(folder.Path());
     Play(OpenCornell() +
          "view path-traced\nmouse 320 120\nclick left\nwait\nkey tab\nframes 2\nkey f12\nwait\nkey "
          "f12\nwait\n");
-    std::filesystem::current_path(before);
     EXPECT_NE(editor.Work().view.Show().view, viewport::View::PathTraced) << "Tab went to a field";
     EXPECT_TRUE(std::filesystem::exists(folder / "cornell-0001.png"));
     EXPECT_TRUE(std::filesystem::exists(folder / "cornell-0002.png"));

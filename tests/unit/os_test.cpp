@@ -418,7 +418,10 @@ TEST(OsChildProcess, GivesItsOutputOrNoneOfAFailureAndEndsWithTheObject) {
     EXPECT_EQ(outputOf({"raygraph-no-such-program"}), std::nullopt);
     ChildProcess failing({"sh", "-c", "echo out; echo why >&2; exit 3"}, ErrorStream::WithOutput);
     while (failing.IsRunning()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    EXPECT_EQ(failing.Written(), "out\nwhy\n");
+    EXPECT_EQ(failing.TakeWritten(), "out\nwhy\n");
+    EXPECT_EQ(failing.TakeWritten(), "");
+    EXPECT_TRUE(failing.IsStarted());
+    EXPECT_FALSE(ChildProcess({"raygraph-no-such-program"}).IsStarted());
     EXPECT_EQ(failing.ExitStatus(), 3);
     EXPECT_TRUE(std::filesystem::exists(ProgramFile()));
     const auto start = std::chrono::steady_clock::now();

@@ -134,7 +134,8 @@ ImagePatch PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<c
         const ImageChoice& choice = loaded.images.at(replaced.image);
         uint32_t index = choice.front();
         std::vector<OrderedJson*> textures;
-        bool isShared = false;
+        // Neither may the light of an environment change
+        bool isShared = loaded.imageLight && std::ranges::count(loaded.imageLight->faces, index) > 0;
         for (OrderedJson& texture : root["textures"]) {
             const ImageChoice other = ChoiceOf(texture);
             if (other == choice)
