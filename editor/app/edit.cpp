@@ -32,16 +32,13 @@ void Begin(Workspace& work, const EditOptions& options) {
     show.surface = options.surface.value_or(show.surface);
     show.compared = options.compared.value_or(show.compared);
     work.view.SetShow(show);
-    const auto changeView = [options](SceneView& seen) {
-        if (!options.environment.empty()) seen.environment = options.environment;
-        if (options.changeView) options.changeView(seen);
-    };
-    // Without a scene there is no camera to choose
-    SceneView seen = work.ShownView();
-    changeView(seen);
-    seen.camera.clear();
-    work.Use(seen);
-    if (!options.scene.empty()) work.Open(options.scene, options.variant, changeView);
+    if (options.changeView) {
+        SceneView seen = work.ShownView();
+        options.changeView(seen);
+        seen.camera.clear();  // without a scene there is none to choose
+        work.Use(seen);
+    }
+    if (!options.scene.empty()) work.Open(options.scene, options.variant, options.changeView);
 }
 
 void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {

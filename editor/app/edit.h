@@ -21,8 +21,8 @@ struct EditOptions {
     std::filesystem::path scene;             // "": starts without a scene
     std::string variant = {};                // name or index of a variant of the scene; "": none
     std::filesystem::path root = {};         // scene::LoadOptions::root of this file and all later ones
-    std::filesystem::path environment = {};  // .hdr or .exr file of the environment map; "": none
-    ChangeView changeView = {};              // what else is given of the first view; null: nothing
+    std::filesystem::path environment = {};  // the map that changeView chooses; "": none
+    ChangeView changeView = {};              // applies what is given of the first view; null: nothing
     // None: the stored view; in a window without one, Workspace::ChooseViewByTime.
     std::optional<viewport::View> view = {};
     std::optional<passes::View> surface = {};         // view of View::Surface; none: the stored one

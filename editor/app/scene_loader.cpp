@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/text.h"
 #include "editor/session/file/content_hash.h"
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/gltf/load_gltf.h"
@@ -36,7 +37,13 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
             std::string viewMessage;
-            const std::optional<SceneView> view = ReadView(file, viewMessage);
+            std::optional<SceneView> view = ReadView(file, viewMessage);
+            try {
+                if (view) std::ignore = scene::ChooseView(data, view->camera, 1.0f);
+            } catch (const Error& error) {
+                viewMessage = Text("{}: {}; ignored", ViewFileOf(file), error.what());
+                view.reset();
+            }
             SceneView seen = view.value_or(SceneView());
             if (changeView) changeView(seen);
             std::ignore = scene::ChooseView(data, seen.camera, 1.0f);  // throws if there is no such camera

@@ -1,9 +1,8 @@
 #include "editor/app/scene_view.h"
 
-#include <tuple>
+#include <system_error>
 
 #include "editor/app/settings_json.h"
-#include "renderer/scene/model/camera_view.h"
 
 namespace raygraph::editor {
 
@@ -12,6 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Range kLength{0.0f, 1e9f}, kRadiance{0.0f, 1e6f}, kTurn{-36000.0f, 36000.0f};
+constexpr Range kStops{-100.0f, 100.0f};  // as `render --exposure`
 
 // Reading and writing share this list, as in settings.cpp. `environment` is the name in the file.
 template <typename Visitor, typename View, typename Name>
@@ -29,7 +29,7 @@ void VisitView(const Visitor& visitor, View& view, Name& environment) {
         light.Number("rotation", view.rotation, kTurn);
     });
     visitor.In("display", [&](const Visitor& display) {
-        display.Number("exposure", view.exposureEv, kExposureRange);
+        display.Number("exposure", view.exposureEv, kStops);
         display.Number("whitePoint", view.whitePoint, kWhitePointRange);
         display.Choice("tonemap", view.tonemap);
     });
@@ -37,7 +37,7 @@ void VisitView(const Visitor& visitor, View& view, Name& environment) {
 
 fs::path FolderOf(const fs::path& scene) {
     std::error_code error;
-    return fs::absolute(scene, error).parent_path();
+    return fs::weakly_canonical(fs::absolute(scene, error), error).parent_path();
 }
 
 }  // namespace
@@ -53,19 +53,28 @@ std::optional<SceneView> ReadView(const fs::path& scene, std::string& message) {
         std::string environment;
         VisitView(reader, view, environment);
         if (!environment.empty()) view.environment = (FolderOf(scene) / environment).lexically_normal();
-        if (!view.camera.empty()) std::ignore = scene::ViewFromText(view.camera, 1.0f);  // throws
     };
     return ReadSettingsFile(ViewFileOf(scene), message, take) ? std::optional(view) : std::nullopt;
 }
 
 void WriteView(const fs::path& scene, const SceneView& view) {
-    std::error_code error;
-    const std::string environment =
-        view.environment.empty()
-            ? ""
-            : fs::absolute(view.environment, error).lexically_proximate(FolderOf(scene)).string();
+    std::string environment;
+    if (!view.environment.empty()) {
+        std::error_code error;
+        const fs::path whole = fs::weakly_canonical(fs::absolute(view.environment, error), error);
+        environment = whole.lexically_proximate(FolderOf(scene)).string();
+    }
     WriteSettingsFile(ViewFileOf(scene),
                       [&](const SettingsWriter& writer) { VisitView(writer, view, environment); });
+}
+
+void SceneView::ResetEnvironment() {
+    const SceneView plain;
+    environment.clear();
+    usesScene = plain.usesScene;
+    light = plain.light;
+    radiance = plain.radiance;
+    rotation = plain.rotation;
 }
 
 }  // namespace raygraph::editor

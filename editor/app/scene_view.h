@@ -26,6 +26,8 @@ struct SceneView {
     int whitePoint = Settings().whitePoint;  // kelvin
     TonemapOperator tonemap = Settings().show.tonemap.tonemapOperator;
 
+    // Makes the light that of the scene alone, as in a new SceneView.
+    void ResetEnvironment();
     bool operator==(const SceneView&) const = default;
 };
 
@@ -36,7 +38,7 @@ using ChangeView = std::function<void(SceneView&)>;
 std::filesystem::path ViewFileOf(const std::filesystem::path& scene);
 
 // Returns the view that is stored beside the scene; none if there is no such file, or if it cannot be read:
-// then `message` gets one line that says why.
+// then `message` gets one line that says why. The scene may lack the camera.
 std::optional<SceneView> ReadView(const std::filesystem::path& scene, std::string& message);
 // Stores the view beside the scene; the map's name is relative to the scene's folder. Throws Error{Io}.
 void WriteView(const std::filesystem::path& scene, const SceneView& view);

@@ -10,6 +10,7 @@
 
 #include "base/files.h"
 #include "base/text.h"
+#include "editor/app/render_words.h"
 #include "editor/session/file/content_hash.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/still_scene.h"
@@ -265,18 +266,31 @@ void Workspace::FollowHistory() {
 }
 
 bool Workspace::SaveScene(const std::filesystem::path& file) {
-    return Try([&] {
+    const bool isSaved = Try([&] {
         document.Save(file);
-        WriteView(file, ShownView());
         AddRecentFile(file);
         ShowMessage(Text("saved {}", file));
     });
+    if (!isSaved) return false;
+    try {
+        StoreView(file);
+    } catch (const Error& error) {
+        ReportError(Text("saved {}, but not its view: {}", file, error.what()));
+    }
+    return true;
+}
+
+void Workspace::StoreView(const std::filesystem::path& file) {
+    WriteView(file, ShownView());
+    const SceneView plain;
+    if (!m_lookBefore) m_lookBefore = Look{plain.exposureEv, plain.tonemap, plain.whitePoint};
+    m_lookOfScene = ShownLook();
 }
 
 void Workspace::SaveView() {
     const std::filesystem::path file = document.File();
     Try([&] {
-        WriteView(file, ShownView());
+        StoreView(file);
         ShowMessage(Text("saved the view: {}", ViewFileOf(file)));
     });
 }
@@ -396,9 +410,10 @@ Settings Workspace::SettingsToSave() const {
     settings.show.compared = show.compared;
     settings.show.isDenoised = show.isDenoised;
     settings.show.wipePosition = show.wipePosition;
-    settings.show.tonemap = show.tonemap;
-    settings.show.tonemap.whiteBalance = passes::TonemapSettings().whiteBalance;  // follows from whitePoint
-    settings.whitePoint = m_whitePoint;
+    const Look look = OwnLook();
+    settings.show.tonemap.exposureEv = look.exposureEv;
+    settings.show.tonemap.tonemapOperator = look.tonemap;
+    settings.whitePoint = look.whitePoint;
     settings.show.maxError = show.maxError;
     settings.whileMoving = view.Budget().whileMoving;
     return settings;
@@ -406,12 +421,14 @@ Settings Workspace::SettingsToSave() const {
 
 void Workspace::OpenEnvironment(const std::filesystem::path& file,
                                 const std::optional<EnvironmentSettings>& settings) {
+    m_missingMap.reset();
+    m_nextMap.reset();
     if (m_environment.valid()) {
-        ShowMessage("another environment is being loaded");
+        m_isLoadStale = m_loadingMap.file != file;
+        (m_isLoadStale ? m_nextMap.emplace() : m_loadingMap) = {file, settings};
         return;
     }
-    m_loadingEnvironment = file;
-    m_loadingSettings = settings;
+    m_loadingMap = {file, settings};
     ShowMessage(Text("loading {} ...", file));
     m_environment = std::async(std::launch::async, [file] {
         LoadedEnvironment loaded{.map = image::ReadEnvironment(file), .hash = {}};
@@ -424,66 +441,98 @@ void Workspace::FinishLoadingEnvironment() {
     if (!m_environment.valid() ||
         m_environment.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
-    Try([&] {
-        const LoadedEnvironment environment = m_environment.get();
-        const image::Environment& loaded = environment.map;
-        gpu.SetEnvironmentMap(loaded.image);
-        gpu.SetEnvironment(m_loadingSettings.value_or(
-            EnvironmentSettings{.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation}));
-        m_environmentFile = m_loadingEnvironment;
-        m_environmentHash = environment.hash;
-        for (const std::string& warning : loaded.warnings)
-            device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
-        if (!loaded.note.empty()) device.Log().Send(LogLevel::Info, log_category::kScene, loaded.note);
-        ShowMessage(loaded.warnings.empty() ? "" : loaded.warnings.front());
-    });
+    const bool isStale = std::exchange(m_isLoadStale, false);
+    const bool isShown = isStale || Try([&] {
+                             const LoadedEnvironment environment = m_environment.get();
+                             const image::Environment& loaded = environment.map;
+                             gpu.SetEnvironmentMap(loaded.image);
+                             gpu.SetEnvironment(m_loadingMap.settings.value_or(EnvironmentSettings{
+                                 .radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation}));
+                             m_environmentFile = m_loadingMap.file;
+                             m_environmentHash = environment.hash;
+                             for (const std::string& warning : loaded.warnings)
+                                 device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
+                             if (!loaded.note.empty())
+                                 device.Log().Send(LogLevel::Info, log_category::kScene, loaded.note);
+                             ShowMessage(loaded.warnings.empty() ? "" : loaded.warnings.front());
+                         });
+    m_environment = {};
+    if (!isShown && m_loadingMap.settings) m_missingMap = m_loadingMap;
+    if (const std::optional<WantedMap> next = std::exchange(m_nextMap, std::nullopt))
+        OpenEnvironment(next->file, next->settings);
 }
 
 void Workspace::RemoveEnvironmentMap() {
+    m_isLoadStale = m_environment.valid();
+    m_nextMap.reset();
+    m_missingMap.reset();
     gpu.RemoveEnvironmentMap();
     gpu.SetEnvironment(SceneEnvironment());
     m_environmentFile.clear();
     m_environmentHash.clear();
 }
 
-SceneView Workspace::ShownView() const {
-    const EnvironmentSettings& environment = gpu.Environment();
+void Workspace::UseEnvironment(const std::filesystem::path& file, const EnvironmentSettings& settings) {
+    m_defaultLight = settings.defaultLight;
+    if (!file.empty() && file == m_environmentFile) {
+        m_isLoadStale = m_environment.valid();
+        m_nextMap.reset();
+        m_missingMap.reset();
+        return gpu.SetEnvironment(settings);
+    }
+    RemoveEnvironmentMap();  // until the map is there, the light is the scene's
+    if (file.empty())
+        gpu.SetEnvironment(settings);
+    else
+        OpenEnvironment(file, settings);
+}
+
+Workspace::Look Workspace::ShownLook() const {
     const passes::TonemapSettings& tonemap = view.Show().tonemap;
-    return {.camera = session::CameraText(camera.View()),
+    return {tonemap.exposureEv, tonemap.tonemapOperator, m_whitePoint};
+}
+
+Workspace::Look Workspace::OwnLook() const {
+    return m_lookOfScene == ShownLook() ? *m_lookBefore : ShownLook();
+}
+
+SceneView Workspace::ShownView() const {
+    const Look look = ShownLook();
+    const std::optional<uint32_t> followed = FollowedCamera();
+    WantedMap map{m_environmentFile, gpu.Environment()};
+    if (m_environment.valid() && !m_isLoadStale) map = m_loadingMap;
+    if (m_nextMap) map = *m_nextMap;
+    if (m_missingMap) map = *m_missingMap;
+    const EnvironmentSettings environment = map.settings.value_or(
+        EnvironmentSettings{.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
+    return {.camera = followed ? CameraChoice(*this, *followed) : session::CameraText(camera.View()),
             .aperture = aperture,
             .focus = focus,
-            .environment = m_environment.valid() ? m_loadingEnvironment : m_environmentFile,
+            .environment = map.file,
             .usesScene = environment.usesScene,
             .light = m_defaultLight,
             .radiance = environment.radiance,
             .rotation = glm::degrees(environment.rotation),
-            .exposureEv = tonemap.exposureEv,
-            .whitePoint = m_whitePoint,
-            .tonemap = tonemap.tonemapOperator};
+            .exposureEv = look.exposureEv,
+            .whitePoint = look.whitePoint,
+            .tonemap = look.tonemap};
 }
 
 void Workspace::Use(const SceneView& seen) {
     Try([&] { UseCamera(seen.camera); });
     aperture = seen.aperture;
     focus = seen.focus;
+    m_lookBefore = OwnLook();
     viewport::ShowSettings show = view.Show();
     show.tonemap.exposureEv = seen.exposureEv;
     show.tonemap.tonemapOperator = seen.tonemap;
     view.SetShow(show);
     SetWhitePoint(seen.whitePoint);
-    m_defaultLight = seen.light;
-    const EnvironmentSettings environment{.radiance = seen.radiance,
-                                          .rotation = glm::radians(seen.rotation),
-                                          .usesScene = seen.usesScene,
-                                          .defaultLight = seen.light};
-    const std::filesystem::path& shown = m_environment.valid() ? m_loadingEnvironment : m_environmentFile;
-    if (seen.environment != shown && !seen.environment.empty())
-        return OpenEnvironment(seen.environment, environment);
-    if (seen.environment.empty()) RemoveEnvironmentMap();
-    if (m_environment.valid())
-        m_loadingSettings = environment;
-    else
-        gpu.SetEnvironment(environment);
+    m_lookOfScene = ShownLook();
+    UseEnvironment(seen.environment, {.radiance = seen.radiance,
+                                      .rotation = glm::radians(seen.rotation),
+                                      .usesScene = seen.usesScene,
+                                      .defaultLight = seen.light});
 }
 
 void Workspace::UseLight(DefaultLight light) {
@@ -540,6 +589,7 @@ bool Workspace::TryWithDocument(const Document& of, const std::function<void()>&
 bool Workspace::Show(LoadedScene loaded) {
     if (!TryWithDocument(loaded.document, [&] { gpu.SetScene(*loaded.upload); })) return false;
     document = std::move(loaded.document);
+    m_chosenCamera.reset();
     timeline = Timeline(document.Scene());
     AddRecentFile(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
@@ -556,6 +606,10 @@ bool Workspace::Show(LoadedScene loaded) {
     const scene::SceneData& scene = document.Scene();
     // What a file does not say stays: the environment map, and how the picture is shown
     SceneView seen = ShownView();
+    const Look look = OwnLook();
+    seen.exposureEv = look.exposureEv;
+    seen.tonemap = look.tonemap;
+    seen.whitePoint = look.whitePoint;
     seen.camera.clear();
     seen.aperture = seen.focus = 0.0f;
     if (seen.environment.empty()) {

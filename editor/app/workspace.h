@@ -255,9 +255,11 @@ class Workspace {
     std::optional<viewport::Pick> m_focusRequest;
     int m_whitePoint = Settings().whitePoint;  // of the view's TonemapSettings::whiteBalance
 
-    // Shows the map with these settings, else with a radiance factor of 1 and the present rotation.
+    // Shows the map with these settings, else with a radiance factor of 1 and the present rotation. A map
+    // that is being loaded is not shown then.
     void OpenEnvironment(const std::filesystem::path& file,
                          const std::optional<EnvironmentSettings>& settings = {});
+    void UseEnvironment(const std::filesystem::path& file, const EnvironmentSettings& settings);
     void FinishLoadingEnvironment();
     bool TryWithDocument(const Document& of, const std::function<void()>& run);
 
@@ -271,8 +273,25 @@ class Workspace {
         return {.radiance = glm::vec3(1.0f), .usesScene = true, .defaultLight = m_defaultLight};
     }
     DefaultLight m_defaultLight = DefaultLight::Auto;
-    std::filesystem::path m_environmentFile, m_loadingEnvironment;
-    std::optional<EnvironmentSettings> m_loadingSettings;  // for the map that is being loaded
+    struct WantedMap {
+        std::filesystem::path file;
+        std::optional<EnvironmentSettings> settings;
+    };
+    std::filesystem::path m_environmentFile;
+    WantedMap m_loadingMap;                 // of m_environment
+    bool m_isLoadStale = false;             // what is being loaded is not wanted any more
+    std::optional<WantedMap> m_nextMap;     // to be loaded after that
+    std::optional<WantedMap> m_missingMap;  // could not be loaded; saved views keep it
+    struct Look {
+        float exposureEv = 0.0f;
+        TonemapOperator tonemap{};
+        int whitePoint = 0;
+        bool operator==(const Look&) const = default;
+    };
+    void StoreView(const std::filesystem::path& file);  // from then on, the look is the scene's
+    Look ShownLook() const;
+    Look OwnLook() const;                             // the user's, where the shown one is the scene's
+    std::optional<Look> m_lookOfScene, m_lookBefore;  // set by Use
     std::string m_environmentHash;
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::NoiseRequest> m_errorRequest;

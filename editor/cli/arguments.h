@@ -67,7 +67,8 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::vector<std::string> cameras;   // a picture per camera, if there are several; `given` has the first
     std::optional<uint32_t> turntable;  // number of pictures around the scene; `cameras` are theirs
     bool isContactSheet = false;        // all pictures are shown in one
-    std::optional<BackdropChoice> backdrop;  // none: the environment, or nothing with --transparent on
+    std::optional<BackdropChoice> backdrop;  // none: see BackdropOf
+    bool isCutOut = false;                   // nothing is to be behind the scene
     std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already the shard's
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
@@ -90,6 +91,10 @@ struct RenderArguments : OutputArguments, DisplayArguments {
 // Returns why there is nothing to render: a shard beyond the last sample or frame is empty. "" if there is
 // something.
 std::string NothingToRenderReason(const RenderArguments& arguments);
+
+// Returns what is behind the scene in a .png of these settings: with a ground, the environment as it is,
+// unless the command line says otherwise. None: what the render shows, which is nothing where it is hidden.
+std::optional<BackdropChoice> BackdropOf(const RenderArguments& arguments, const PictureSettings& settings);
 
 // Returns how a .png shows the picture, with defaults for what is not given. Its white point is not set if it
 // depends on the scene (see DisplayFor).

@@ -35,14 +35,13 @@ editor::ChangeView ChangeOf(const EditArguments& arguments) {
         if (isGiven("camera")) seen.camera = settings.camera;
         if (isGiven("aperture")) seen.aperture = settings.aperture;
         if (isGiven("focus")) seen.focus = settings.focusDistance;
-        if (isGiven("light")) {
-            seen.light = settings.light;
-            seen.usesScene = true;
-        }
+        if (isGiven("light") || settings.background || !arguments.environment.empty())
+            seen.ResetEnvironment();  // what is given replaces a stored environment as a whole
+        if (isGiven("light")) seen.light = settings.light;
+        if (!arguments.environment.empty()) seen.environment = arguments.environment;
         if (isGiven("env-rotation")) seen.rotation = settings.environmentRotation;
         if (isGiven("env-tint")) seen.radiance = take(settings.environmentTint);
         if (settings.background) {
-            seen.environment.clear();
             seen.usesScene = false;
             seen.radiance = take(*settings.background);
         }

@@ -699,17 +699,21 @@ void CheckRender(const RenderArguments& arguments) {
 
 void ApplyBackdrop(RenderArguments& arguments) {
     std::optional<BackdropChoice>& backdrop = arguments.backdrop;
+    const auto isOn = [&](const char* name) {
+        const auto found = arguments.given.find(name);
+        return found != arguments.given.end() && found->second == "on";
+    };
+    arguments.isCutOut = !backdrop && isOn("transparent");
     const bool isMap = backdrop && !backdrop->color && backdrop->blurDegrees == 0.0f;
-    const auto ground = arguments.given.find("ground");
-    if (ground == arguments.given.end() || ground->second != "on") {
-        if (isMap) backdrop.reset();  // the camera sees the environment as it is
-        return;
-    }
     const bool isOpen = !backdrop && !arguments.given.contains("transparent");
-    if (isMap || isOpen) arguments.given["transparent"] = "on";
-    const std::vector<OutputFile> pictures = PicturesOf(arguments);
-    if (isOpen && std::ranges::any_of(pictures, [](const OutputFile& o) { return IsDisplayed(o.kind); }))
-        backdrop.emplace();
+    if (isMap) backdrop.reset();
+    if (isOn("ground") && (isMap || isOpen)) arguments.given["transparent"] = "on";
+}
+
+std::optional<BackdropChoice> BackdropOf(const RenderArguments& arguments, const PictureSettings& settings) {
+    const bool showsShadow = settings.hasGround && settings.paths.isEnvironmentHidden;
+    if (!arguments.backdrop && showsShadow && !arguments.isCutOut) return BackdropChoice{};
+    return arguments.backdrop;
 }
 
 void ApplyCameras(RenderArguments& arguments) {

@@ -79,7 +79,7 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap);
 // Adds the command `render`, with the checks that concern several options.
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments);
 void CheckRender(const RenderArguments& arguments);
-// Applies --ground to the backdrop: where nothing else is asked for, the shadow is put over the environment.
+// Applies --backdrop map, and --ground: the environment is hidden where only the shadow of a ground is seen.
 void ApplyBackdrop(RenderArguments& arguments);
 // Applies --turntable and --contact-sheet: each of their pictures has a camera.
 void ApplyCameras(RenderArguments& arguments);

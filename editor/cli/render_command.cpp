@@ -119,9 +119,10 @@ class Pictures {
 
 std::optional<Backdrop> BackdropFor(const RenderArguments& arguments, const PictureSettings& settings,
                                     const SceneInput& input) {
-    if (!arguments.backdrop) return std::nullopt;
-    if (arguments.backdrop->color) return Backdrop{.color = arguments.backdrop->color, .map = {}};
-    const float blurDegrees = arguments.backdrop->blurDegrees;
+    const std::optional<BackdropChoice> chosen = BackdropOf(arguments, settings);
+    if (!chosen) return std::nullopt;
+    if (chosen->color) return Backdrop{.color = chosen->color, .map = {}};
+    const float blurDegrees = chosen->blurDegrees;
     std::optional<image::ImageF> map = BackdropMap(input, settings, blurDegrees);
     if (!map && blurDegrees == 0.0f) {
         const std::array<float, 3> constant = settings.background.value_or(std::array{0.0f, 0.0f, 0.0f});

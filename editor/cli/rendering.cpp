@@ -455,7 +455,9 @@ void PlanSamples(const RenderArguments& arguments, RenderJob& job) {
         const bool isShard = arguments.shard && !arguments.frames;
         job.samplesWanted = RenderArguments::kDefaultSamples;
         if (job.settings.view != View::PathTraced || isShard) return;
-        job.error = job.isDenoised ? RenderArguments::kDenoisedError : RenderArguments::kCleanError;
+        // The error does not look at alpha, where the shadow on a ground is
+        if (!job.settings.hasGround)
+            job.error = job.isDenoised ? RenderArguments::kDenoisedError : RenderArguments::kCleanError;
         job.samplesWanted =
             job.isDenoised ? RenderArguments::kMostDenoisedSamples : RenderArguments::kMostSamples;
     }
@@ -500,7 +502,7 @@ RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
     job.isDenoised =
         arguments.denoise.value_or(isShown && !arguments.GivesSampling() && notDenoised.empty() &&
                                    arguments.resume.empty() && arguments.devices.empty());
-    if (job.settings.paths.isEnvironmentHidden && !arguments.backdrop &&
+    if (job.settings.paths.isEnvironmentHidden && !BackdropOf(arguments, job.settings) &&
         WritesKind(arguments, OutputKind::Jpg))
         throw Error(ErrorKind::Usage, "--transparent: a .jpg has no alpha; write a .png");
     RequireExrForChannels(arguments, job);

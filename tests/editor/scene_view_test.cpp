@@ -76,13 +76,49 @@ TEST_F(SceneViewTest, WhatIsGivenTakesPrecedence) {
     EXPECT_EQ(shown.whitePoint, 4000);
 }
 
+// A view is that of its scene alone: it replaces the map of the scene before, and one that is still being loaded.
+TEST_F(SceneViewTest, LightOfTheSceneBeforeDoesNotStay) {
+    WriteView(Scene(), {.environment = folder / "set" / "sky.hdr", .exposureEv = 2.0f});
+    const fs::path dark = folder / "set" / "dark.gltf", lost = folder / "set" / "lost.gltf";
+    fs::copy_file(Scene(), dark);
+    fs::copy_file(Scene(), lost);
+    WriteView(dark, {.usesScene = false, .radiance = glm::vec3(0.0f)});
+    WriteView(lost, {.environment = folder / "set" / "gone.hdr", .radiance = glm::vec3(3.0f)});
+    Workspace& work = editor.Work();
+    Play("size 320x200\nview surface\n" + Open(Scene()));
+    EXPECT_EQ(work.EnvironmentFile().filename(), "sky.hdr");
+    EXPECT_EQ(work.SettingsToSave().show.tonemap.exposureEv, 0.0f) << "the exposure is the scene's";
+    Play("size 320x200\nopen " + (folder / "set" / "sky.hdr").string() + "\n" + Open(dark));
+    EXPECT_EQ(work.EnvironmentFile(), "");
+    EXPECT_EQ(work.gpu.Environment().radiance, glm::vec3(0.0f));
+    Play("size 320x200\n" + Open(lost) + "expect message gone.hdr\n");
+    EXPECT_TRUE(work.gpu.Environment().usesScene) << "the scene's light, not the black one before";
+    EXPECT_EQ(work.ShownView().environment, fs::absolute(folder / "set" / "gone.hdr")) << "saved again";
+    EXPECT_EQ(work.ShownView().radiance, glm::vec3(3.0f));
+    EXPECT_EQ(work.ShownView().exposureEv, 0.0f);
+    Play("size 320x200\nexposure 3\nkey ctrl+s\n");
+    EXPECT_EQ(work.SettingsToSave().show.tonemap.exposureEv, 0.0f) << "it is the scene's once it is stored";
+}
+
+TEST_F(SceneViewTest, MapIsFoundByRelativePaths) {
+    const fs::path before = fs::current_path();
+    fs::create_directory(folder / "work");
+    fs::copy_file(folder / "set" / "sky.hdr", folder / "work" / "sky.hdr");
+    fs::current_path(folder / "work");
+    std::string message;
+    WriteView("../set/box.gltf", {.environment = "sky.hdr"});
+    const std::optional<SceneView> view = ReadView("../set/box.gltf", message);
+    fs::current_path(before);
+    ASSERT_TRUE(view) << message;
+    EXPECT_TRUE(fs::equivalent(view->environment, folder / "work" / "sky.hdr")) << view->environment;
+}
+
 TEST_F(SceneViewTest, SceneOpensWithoutAFileThatCannotBeRead) {
     std::string message;
     EXPECT_FALSE(ReadView(Scene(), message));
     EXPECT_EQ(message, "");
     for (const char* text :
-         {"{", "[]", R"({"camera": {"view": "upstairs"}})", R"({"display": {"exposure": "a"}})",
-          R"({"environment": {"radiance": [1, 2]}})"}) {
+         {"{", "[]", R"({"display": {"exposure": "a"}})", R"({"environment": {"radiance": [1, 2]}})"}) {
         SCOPED_TRACE(text);
         test::Put(ViewFileOf(Scene()), text);
         EXPECT_FALSE(ReadView(Scene(), message));
@@ -91,6 +127,8 @@ TEST_F(SceneViewTest, SceneOpensWithoutAFileThatCannotBeRead) {
     }
     Play("size 320x200\nview surface\n" + Open(Scene()) +
          "expect message box.gltf.view.json\nexpect nodes 4\n");
+    test::Put(ViewFileOf(Scene()), R"({"camera": {"view": "upstairs"}})");
+    Play("size 320x200\n" + Open(Scene()) + "expect message box.gltf.view.json: \nexpect nodes 4\n");
 }
 
 }  // namespace

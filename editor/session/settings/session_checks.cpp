@@ -89,6 +89,8 @@ void RequireAdaptive(const SessionDesc& desc, size_t deviceCount) {
     const auto reject = [](const std::string& why) { RejectSetting("adaptive", why); };
     if (const View view = desc.settings.view; view != View::PathTraced)
         reject(Text("the view {} has as many samples in all pixels", Name(view)));
+    if (desc.settings.hasGround)
+        reject("the noise of the shadow on a ground is in alpha, which is not looked at");
     if (deviceCount > 1) reject("several devices share samples of all pixels");
     if (desc.group != nullptr) reject("several processes share samples of all pixels");
     if (desc.settings.shutter) reject("the samples of a time that the shutter sees are those of all pixels");
