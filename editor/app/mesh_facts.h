@@ -1,4 +1,5 @@
-// What the inspector says of a mesh, whose vertices the document does not keep. Pure.
+// MeshFacts holds what the inspector says of a mesh, whose vertices the document does not keep. Threads: pure
+// functions.
 #pragma once
 
 #include <cstdint>

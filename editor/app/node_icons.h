@@ -9,7 +9,7 @@ namespace raygraph::editor {
 
 // Draws an icon of at most 14 by 14 points around `center`.
 void DrawNodeIcon(ImDrawList& list, NodeKind kind, ImVec2 center, ImU32 color);
-// Likewise an eye, open or closed.
+// Draws an eye of that size.
 void DrawEye(ImDrawList& list, bool isOpen, ImVec2 center, ImU32 color);
 
 }  // namespace raygraph::editor

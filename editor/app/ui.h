@@ -15,7 +15,7 @@ inline ImTextureID PictureTexture() {
     return reinterpret_cast<ImTextureID>(uintptr_t{1});
 }
 
-// Likewise for the thumbnails.
+// Returns what it takes to show the thumbnails.
 inline ImTextureID ThumbnailTexture() {
     return reinterpret_cast<ImTextureID>(uintptr_t{2});
 }

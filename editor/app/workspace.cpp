@@ -446,8 +446,7 @@ void Workspace::FinishLoadingEnvironment() {
                              const LoadedEnvironment environment = m_environment.get();
                              const image::Environment& loaded = environment.map;
                              gpu.SetEnvironmentMap(loaded.image);
-                             gpu.SetEnvironment(m_loadingMap.settings.value_or(EnvironmentSettings{
-                                 .radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation}));
+                             gpu.SetEnvironment(SettingsFor(m_loadingMap));
                              m_environmentFile = m_loadingMap.file;
                              m_environmentHash = environment.hash;
                              for (const std::string& warning : loaded.warnings)
@@ -462,10 +461,19 @@ void Workspace::FinishLoadingEnvironment() {
         OpenEnvironment(next->file, next->settings);
 }
 
-void Workspace::RemoveEnvironmentMap() {
+void Workspace::GiveUpMaps() {
     m_isLoadStale = m_environment.valid();
     m_nextMap.reset();
     m_missingMap.reset();
+}
+
+EnvironmentSettings Workspace::SettingsFor(const WantedMap& map) const {
+    return map.settings.value_or(
+        EnvironmentSettings{.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
+}
+
+void Workspace::RemoveEnvironmentMap() {
+    GiveUpMaps();
     gpu.RemoveEnvironmentMap();
     gpu.SetEnvironment(SceneEnvironment());
     m_environmentFile.clear();
@@ -475,9 +483,7 @@ void Workspace::RemoveEnvironmentMap() {
 void Workspace::UseEnvironment(const std::filesystem::path& file, const EnvironmentSettings& settings) {
     m_defaultLight = settings.defaultLight;
     if (!file.empty() && file == m_environmentFile) {
-        m_isLoadStale = m_environment.valid();
-        m_nextMap.reset();
-        m_missingMap.reset();
+        GiveUpMaps();
         return gpu.SetEnvironment(settings);
     }
     RemoveEnvironmentMap();  // until the map is there, the light is the scene's
@@ -503,8 +509,7 @@ SceneView Workspace::ShownView() const {
     if (m_environment.valid() && !m_isLoadStale) map = m_loadingMap;
     if (m_nextMap) map = *m_nextMap;
     if (m_missingMap) map = *m_missingMap;
-    const EnvironmentSettings environment = map.settings.value_or(
-        EnvironmentSettings{.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
+    const EnvironmentSettings environment = SettingsFor(map);
     return {.camera = followed ? CameraChoice(*this, *followed) : session::CameraText(camera.View()),
             .aperture = aperture,
             .focus = focus,
@@ -604,7 +609,7 @@ bool Workspace::Show(LoadedScene loaded) {
     m_isPickingFocus = false;
     m_focusRequest.reset();
     const scene::SceneData& scene = document.Scene();
-    // What a file does not say stays: the environment map, and how the picture is shown
+    // A scene without a stored view keeps the environment map, and the look that the user has chosen
     SceneView seen = ShownView();
     const Look look = OwnLook();
     seen.exposureEv = look.exposureEv;

@@ -282,6 +282,8 @@ class Workspace {
     bool m_isLoadStale = false;             // what is being loaded is not wanted any more
     std::optional<WantedMap> m_nextMap;     // to be loaded after that
     std::optional<WantedMap> m_missingMap;  // could not be loaded; saved views keep it
+    void GiveUpMaps();                      // none of these three is wanted any more
+    EnvironmentSettings SettingsFor(const WantedMap& map) const;  // with which it is, or would be, shown
     struct Look {
         float exposureEv = 0.0f;
         TonemapOperator tonemap{};

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <span>
 
+#include "base/base64.h"
 #include "base/text.h"
 #include "editor/cli/verify_report.h"
 
@@ -48,20 +49,6 @@ std::string Escaped(std::string_view text) {
     return escaped;
 }
 
-// RFC 4648, section 4.
-std::string Base64(std::span<const std::byte> bytes) {
-    constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        const auto at = [&](size_t k) { return k < bytes.size() ? std::to_integer<uint32_t>(bytes[k]) : 0u; };
-        const uint32_t three = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
-        for (int digit = 0; digit < 4; ++digit)
-            text += size_t(digit) <= bytes.size() - i ? kDigits[(three >> (18 - 6 * digit)) & 63u] : '=';
-    }
-    return text;
-}
-
 std::string Percent(double share) {
     return Text("{:.2f} %", 100.0 * share);
 }
@@ -95,7 +82,7 @@ class Table {
 std::string Figure(const std::string& caption, const std::vector<std::byte>& png,
                    const std::string& overlay) {
     return "<figure><div class=\"frame\"><img alt=\"" + caption + "\" src=\"data:image/png;base64," +
-           Base64(png) + "\">" + overlay + "</div><figcaption>" + caption + "</figcaption></figure>\n";
+           EncodeBase64(png) + "\">" + overlay + "</div><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
 // Outlines tiles on a picture of that size.

@@ -3,6 +3,8 @@
 #version 460
 #extension GL_EXT_nonuniform_qualifier : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+#include "core/color.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -17,11 +19,6 @@ layout(push_constant, scalar) uniform Constants {
 } constants;
 
 const int kMostSteps = 16;
-
-vec3 Encoded(vec3 linear) {
-    vec3 low = 12.92f * linear, high = 1.055f * pow(max(linear, vec3(0.0f)), vec3(1.0f / 2.4f)) - 0.055f;
-    return mix(high, low, lessThanEqual(linear, vec3(0.0031308f)));
-}
 
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
@@ -40,6 +37,6 @@ void main() {
             sum += texelFetch(textures[constants.slot], min(ivec2(at), ivec2(extent) - 1), level).xyz;
         }
     vec3 mean = sum / float(steps.x * steps.y);
-    if (constants.isSrgb != 0u) mean = Encoded(mean);
+    if (constants.isSrgb != 0u) mean = SrgbEncode(mean);
     imageStore(thumbnails, ivec2(constants.corner + pixel), vec4(mean, 1.0f));
 }

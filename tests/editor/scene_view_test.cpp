@@ -6,6 +6,7 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/model/camera_view.h"
 #include "tests/editor/editor_test.h"
+#include "tests/support/current_folder.h"
 #include "tests/support/text_files.h"
 
 namespace raygraph::editor {
@@ -101,14 +102,12 @@ TEST_F(SceneViewTest, LightOfTheSceneBeforeDoesNotStay) {
 }
 
 TEST_F(SceneViewTest, MapIsFoundByRelativePaths) {
-    const fs::path before = fs::current_path();
     fs::create_directory(folder / "work");
     fs::copy_file(folder / "set" / "sky.hdr", folder / "work" / "sky.hdr");
-    fs::current_path(folder / "work");
+    const test::CurrentFolder work(folder / "work");
     std::string message;
     WriteView("../set/box.gltf", {.environment = "sky.hdr"});
     const std::optional<SceneView> view = ReadView("../set/box.gltf", message);
-    fs::current_path(before);
     ASSERT_TRUE(view) << message;
     EXPECT_TRUE(fs::equivalent(view->environment, folder / "work" / "sky.hdr")) << view->environment;
 }

@@ -228,8 +228,8 @@ class ShadowCatcher : public TracePhysics {
 
 }  // namespace
 
-// Of the light of an even sky, a sphere of radius r, whose center is at height h and at distance d, takes
-// (r / d)^2 h / d away (J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-39).
+// A sphere of radius r, whose center is at height h and at distance d, takes (r / d)^2 h / d of the light of an
+// even sky away (J. R. Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-39).
 TEST_F(ShadowCatcher, BallUnderAnEvenSky) {
     render.scene.SetEnvironment({.radiance = glm::vec3(0.5f, 3.0f, 1.0f)});
     TraceSettings settings = ViewOfGround();

@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "base/base64.h"
 #include "base/files.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
@@ -60,20 +61,6 @@ void SetSource(OrderedJson& texture, uint32_t image, const char* extension) {
         if (extensions->empty()) texture.erase("extensions");
     }
     texture[SourceIn(extension)] = image;
-}
-
-std::string Base64(std::span<const std::byte> bytes) {
-    constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (size_t i = 0; i < bytes.size(); i += 3) {
-        const size_t count = std::min<size_t>(bytes.size() - i, 3);
-        uint32_t bits = 0;
-        for (size_t k = 0; k < 3; ++k)
-            bits = bits << 8 | (k < count ? std::to_integer<uint32_t>(bytes[i + k]) : 0u);
-        for (size_t k = 0; k < 4; ++k) text += k <= count ? kAlphabet[bits >> (18 - 6 * k) & 63u] : '=';
-    }
-    return text;
 }
 
 // --- Files beside the scene ---
@@ -149,7 +136,7 @@ ImagePatch PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<c
         for (const char* key : {"uri", "bufferView"}) image.erase(key);
         image["mimeType"] = place.mimeType;
         if (isData) {
-            image["uri"] = Text("data:{};base64,{}", place.mimeType, Base64(replaced.bytes));
+            image["uri"] = Text("data:{};base64,{}", place.mimeType, EncodeBase64(replaced.bytes));
         } else if (isView && binarySize) {
             const auto pad = [&] {
                 while ((*binarySize + patch.binary.size()) % kAlignment != 0) patch.binary.emplace_back();
