@@ -156,9 +156,10 @@ void ForEachStruct(Visit&& visit) {
 
 // Lists the fields that no picture depends on, or that follow from others, in the order of these structs:
 // scene, mesh, primitive, its joints and target, texture, image, instance, environment, skin and animation.
-const std::vector<std::string> kNotHashed{
-    "name", "warnings",    "variants",     "variant", "name",     "variants", "bounds",   "bounds", "name",
-    "name", "lowestAlpha", "objectToNode", "name",    "faceSize", "name",     "duration", "defect"};
+const std::vector<std::string> kNotHashed{"name",     "otherScenes", "warnings", "variants",     "variant",
+                                          "name",     "variants",    "bounds",   "bounds",       "name",
+                                          "name",     "lowestAlpha", "file",     "objectToNode", "name",
+                                          "faceSize", "name",        "duration", "defect"};
 
 // Changes every field of every struct alone. Another order of a list, or another way of hashing a field,
 // gives other hashes: their sum is that of the version before the lists. Fields hashed with their names are

@@ -693,6 +693,7 @@ Parts PartsOf(DeviceScene& scene) {
             {"hidden environment", Number(s.isEnvironmentHidden)},
             {"texture budget", budget < kLeastAutomatic ? Number(budget) : "automatic"},
             {"texture levels", Number(s.biases.textureLod)},
+            {"instances", Number(scene.Scene().Statistics().instanceCount)},
             {"environment", Text(environment.radiance)},
             {"environment's rotation", Number(environment.rotation)},
             {"environment is the scene's", Number(environment.usesScene)},
@@ -710,6 +711,7 @@ class DeviceSceneTest : public testing::VulkanTest {
         input.data.cameras.push_back(camera);
         camera.cameraToWorld[3] = {1.0f, 2.0f, 3.0f};
         input.data.cameras.push_back(camera);
+        input.data.bounds.Extend(glm::vec3(0.0f));
         if (hasMap) input.environment = {.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
         PictureSettings settings = SettingsFrom(texts);
         if (settings.light == DefaultLight::Auto) settings.light = DefaultLight::None;
@@ -743,7 +745,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     const Change kChanges[] = {
         {"size", "64x32", {"extent"}},
         {"crop", "3,4,5,6", {"region"}, "3.000000,4.000000,5.000000,6.000000"},
-        {"camera", "1", {"eye"}, "1.000000 2.000000 3.000000"},
+        {"camera", "1", {"eye", "focus distance"}},
         {"aperture", "0.25", {"lens radius"}, "0.250000"},
         {"focus", "3.5", {"focus distance"}, "3.500000"},
         {"sampler", "tea", {"sampler"}, "2.000000"},
@@ -768,6 +770,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"texture-lod", "-0.5", {"texture levels"}, "-0.500000"},
         {"light", "studio", {"environment is the studio"}, "1.000000"},
         {"background", "1,2,3", {"environment", "environment is the scene's"}, "1.000000 2.000000 3.000000"},
+        {"ground", "on", {"instances"}, "1.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
         {"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"},  // tints the studio
     };

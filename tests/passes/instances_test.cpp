@@ -750,6 +750,28 @@ TEST(BoxTree, ChangesGiveTheTreeThatIsMadeOfTheChangedLeaves) {
     }
 }
 
+TEST(BoxTree, AroundAllBut_LeavesOutTheGivenLeavesAlone) {
+    std::mt19937 engine(7);
+    std::uniform_real_distribution<float> random(-10.0f, 10.0f);
+    for (const size_t count : {1u, 8u, 9u, 65u, 600u}) {
+        std::vector<scene::Bounds> boxes;
+        for (size_t i = 0; i < count; ++i)
+            boxes.push_back(BoxAt(vec3(random(engine), random(engine), random(engine))));
+        BoxTree tree;
+        tree.Assign(boxes);
+        for (size_t left = 0; left < 12; ++left) {
+            std::vector<size_t> leaves;
+            for (size_t i = 0; i < left; ++i) leaves.push_back(engine() % count);
+            scene::Bounds expected;
+            for (size_t i = 0; i < count; ++i)
+                if (std::ranges::count(leaves, i) == 0) expected.Extend(boxes[i]);
+            const scene::Bounds actual = tree.AroundAllBut(leaves);
+            EXPECT_EQ(actual.min, expected.min) << count << " without " << left;
+            EXPECT_EQ(actual.max, expected.max) << count << " without " << left;
+        }
+    }
+}
+
 TEST(BoxTree, LeavesAreAddedBehindTheOthers) {
     std::mt19937 engine(6);
     std::uniform_real_distribution<float> random(-10.0f, 10.0f);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "renderer/gpu_scene/lights/light_set.h"
+#include "renderer/scene/model/ground.h"
 #include "rhi/shader_compiler.h"
 #include "shared/choice.h"
 #include "shared/light_records.h"
@@ -252,6 +253,24 @@ TEST_F(LightSetTest, InfiniteLightsShineOnWhatIsShownLater) {
     render.scene.SetTransform(4, Translation({0, 0, 1}));
     render.scene.SetVisible(4, true);
     EXPECT_EQ(probabilityOfTheSun(Frame()), near);
+}
+
+// A ground is far larger than what stands on it, whose own lamps would be chosen too seldom.
+TEST_F(LightSetTest, InfiniteLightsAreNotChosenForTheGround) {
+    scene::SceneData lamps = Lamps();
+    lamps.lights.push_back({.name = {}, .type = scene::LightType::Directional, .intensity = 1.0f});
+    const scene::Bounds bounds{.min = glm::vec3(-1.0f), .max = glm::vec3(1.0f)};
+    render.scene.SetScene(std::move(lamps));
+    const float before = Frame().alias.at(5).probability;
+    const auto ground = render.scene.Add(scene::GroundUnder(bounds));
+    EXPECT_EQ(Frame().alias.at(5).probability, before);
+    render.scene.Remove(ground);
+    EXPECT_EQ(Frame().alias.at(5).probability, before);
+    // A ground alone is all that they can shine on
+    render.scene.SetScene({});
+    render.scene.AddLight({.name = {}, .type = scene::LightType::Directional, .intensity = 1.0f});
+    render.scene.Add(scene::GroundUnder(bounds));
+    EXPECT_GT(Frame().set.unboundedProbability, 0.0f);
 }
 
 TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {

@@ -159,9 +159,11 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
 
 GroupPart PartOf(const scene::Primitive& primitive, const PackingMaterials& materials) {
     const float ofColors = LowestAlpha(primitive.colors);
+    const gpu::MaterialRecord& record = materials.records[primitive.material];
     GroupPart part{.material = primitive.material,
                    .lowestAlpha = ofColors * materials.textureAlphas[primitive.material],
-                   .isRound = primitive.IsRound()};
+                   .isRound = primitive.IsRound(),
+                   .isShadowCatcher = (record.flags & gpu::kMaterialShadowCatcher) != 0u};
     for (const auto& [variant, material] : primitive.variants)
         part.variants.push_back({variant, material, ofColors * materials.textureAlphas[material]});
     return part;

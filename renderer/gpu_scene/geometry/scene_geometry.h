@@ -49,6 +49,7 @@ struct GroupPart {
     float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
     std::vector<PartVariant> variants = {};  // as Primitive::variants
     bool isRound = false;
+    bool isShadowCatcher = false;  // as its material, in which no edit changes it
 };
 
 inline gpu::InstanceRecord EmptyInstanceRecord() {

@@ -497,4 +497,21 @@ scene::Bounds BoxTree::Root() const {
     return m_levels.empty() ? scene::Bounds() : m_levels.back().Box(0);
 }
 
+scene::Bounds BoxTree::AroundAllBut(std::vector<size_t> leaves) const {
+    if (leaves.empty()) return Root();
+    scene::Bounds around;
+    // On each level, `leaves` become the boxes that contain one of them; their siblings contain none
+    for (const Level& level : m_levels) {
+        std::ranges::sort(leaves);
+        std::vector<size_t> parents;
+        for (const size_t leaf : leaves)
+            if (parents.empty() || parents.back() != leaf / kChildren) parents.push_back(leaf / kChildren);
+        for (const size_t parent : parents)
+            for (size_t i = parent * kChildren; i < std::min((parent + 1) * kChildren, level.count); ++i)
+                if (!std::ranges::binary_search(leaves, i)) around.Extend(level.Box(i));
+        leaves = std::move(parents);
+    }
+    return around;
+}
+
 }  // namespace raygraph

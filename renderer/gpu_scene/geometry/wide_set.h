@@ -164,6 +164,8 @@ class BoxTree {
     size_t BoxCount() const { return m_boxCount; }
     // Returns the box around all leaves.
     scene::Bounds Root() const;
+    // Returns the box around all leaves but these few, which may be in any order.
+    scene::Bounds AroundAllBut(std::vector<size_t> leaves) const;
     // Returns the sum of the surface areas of the boxes between the leaves and the root, which is
     // proportional to how many of them a random ray meets. Another order of the leaves would change these
     // boxes alone. Each box stores the sum of what is below it, so that rounding errors do not accumulate

@@ -32,6 +32,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneGeometry& geometry, con
             ++m_placementsOf[group];
         }
         ExtendReach(m_instances.back());
+        if (mesh.isShadowCatcher) m_shadowCatchers.push_back(index);
     }
     RequirePlacements(device, m_placements.size());
     RequireBindable(device, "instances of groups of primitives", m_placements.size(),
@@ -99,6 +100,7 @@ uint32_t InstanceSet::Add(uint32_t meshIndex, const scene::PlacedTransform& obje
         }
         ReserveChanges(1);
         ReserveMore(m_added, 1);
+        ReserveMore(m_shadowCatchers, mesh.isShadowCatcher ? 1 : 0);
         m_placements.resize(std::max<size_t>(m_placements.size(), m_placementIndices.End()),
                             {.group = kNoGroup});
         m_exists.resize(std::max<size_t>(m_exists.size(), m_indices.End()));
@@ -132,6 +134,7 @@ uint32_t InstanceSet::Add(uint32_t meshIndex, const scene::PlacedTransform& obje
     m_records.SetCount(m_placements.size());
     AppendDirty(m_dirtyRecords, index);
     ExtendReach(instance);
+    if (mesh.isShadowCatcher) m_shadowCatchers.push_back(index);
     if (mesh.groupCount == 0) return index;
     m_added.push_back(index);
     m_unplacedSlots += mesh.groupCount;
@@ -165,6 +168,7 @@ void InstanceSet::Remove(uint32_t index) {
     } else {
         m_unplacedSlots -= mesh.groupCount;
     }
+    if (mesh.isShadowCatcher) std::erase(m_shadowCatchers, index);
     m_exists[index] = false;
     ++m_version;
     instance.firstSlot = kUnplaced;
@@ -184,7 +188,11 @@ void InstanceSet::RefreshBounds(uint32_t index) {
     const MeshResources& changed = m_geometry.meshes[index];
     Mesh& mesh = m_meshes[index];
     mesh = {.firstGroup = changed.firstGroup, .groupCount = changed.groupCount};
-    for (const GroupResources& group : m_geometry.GroupsOf(changed)) mesh.bounds.Extend(group.bounds);
+    mesh.isShadowCatcher = mesh.groupCount > 0;
+    for (const GroupResources& group : m_geometry.GroupsOf(changed)) {
+        mesh.bounds.Extend(group.bounds);
+        mesh.isShadowCatcher &= std::ranges::all_of(group.parts, &GroupPart::isShadowCatcher);
+    }
     if (mesh.bounds.IsEmpty()) return;
     const glm::vec3 farthest = glm::max(glm::abs(mesh.bounds.min), glm::abs(mesh.bounds.max));
     mesh.reach = std::max({farthest.x, farthest.y, farthest.z});
@@ -457,7 +465,11 @@ void InstanceSet::RefreshBoxes() {
 
 scene::Bounds InstanceSet::VisibleBounds() {
     RefreshBoxes();
-    return m_boxes.Root();
+    std::vector<size_t> catchers;
+    for (const uint32_t index : m_shadowCatchers)
+        if (m_instances[index].firstSlot != kUnplaced) catchers.push_back(m_instances[index].firstSlot);
+    const scene::Bounds others = m_boxes.AroundAllBut(std::move(catchers));
+    return others.IsEmpty() ? m_boxes.Root() : others;
 }
 
 bool InstanceSet::NeedsReorder() {

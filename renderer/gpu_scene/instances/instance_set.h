@@ -85,8 +85,8 @@ class InstanceSet {
     }
     // Returns a number that changes whenever instances, their places, visibility or groups change.
     uint64_t Version() const { return m_version; }
-    // Returns the box around all visible instances, relative to the scene's origin. Takes time in proportion
-    // to what has changed since the last call.
+    // Returns the box around all visible instances, relative to the scene's origin, without shadow catchers
+    // unless there is nothing else. Takes time in proportion to what has changed since the last call.
     scene::Bounds VisibleBounds();
     // Must be called when the shape of a mesh or copy has changed, with all instances that place it.
     void MarkDeformed(uint32_t mesh, std::span<const uint32_t> instances);
@@ -139,8 +139,9 @@ class InstanceSet {
     struct Mesh {
         uint32_t firstGroup = 0;
         uint32_t groupCount = 0;
-        scene::Bounds bounds;  // object space
-        float reach = 0.0f;    // the largest absolute coordinate in `bounds`
+        scene::Bounds bounds;          // object space
+        float reach = 0.0f;            // the largest absolute coordinate in `bounds`
+        bool isShadowCatcher = false;  // all of its parts are
     };
     void RefreshBounds(uint32_t mesh);
     void ExtendReach(const Instance& instance);
@@ -189,10 +190,11 @@ class InstanceSet {
     SlotRanges m_placementIndices;  // indices of m_placements
     SlotRanges m_slots;             // slots of the TLAS
     std::vector<bool> m_isSlotUsed;
-    std::vector<uint32_t> m_placementsOf;  // by group: their number
-    std::vector<uint32_t> m_added;         // instances that have or had no slot in the TLAS
-    size_t m_unplacedSlots = 0;            // slots that these need
-    size_t m_addedSinceOrder = 0;          // slots added since the last order in space
+    std::vector<uint32_t> m_placementsOf;    // by group: their number
+    std::vector<uint32_t> m_added;           // instances that have or had no slot in the TLAS
+    std::vector<uint32_t> m_shadowCatchers;  // instances of meshes that are shadow catchers
+    size_t m_unplacedSlots = 0;              // slots that these need
+    size_t m_addedSinceOrder = 0;            // slots added since the last order in space
     // Indices to be written as free, unless they are taken again.
     std::vector<uint32_t> m_freedPlacements, m_freedSlots;
     std::vector<Mesh> m_meshes;  // of the scene, then deformed copies
