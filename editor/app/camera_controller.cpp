@@ -92,15 +92,10 @@ void CameraController::ToggleOrthographic() {
 }
 
 void CameraController::Frame(const scene::Bounds& bounds) {
-    const bool isEmpty = bounds.IsEmpty();
-    const glm::vec3 middle = isEmpty ? glm::vec3(0.0f) : 0.5f * (bounds.min + bounds.max);
-    const float radius = isEmpty ? 1.0f : std::max(0.5f * glm::length(bounds.max - bounds.min), kNearest);
-    // A sphere of that radius touches the nearer pair of the frustum's sides
-    const float half = std::min(0.5f * m_view.yFov, std::atan(std::tan(0.5f * m_view.yFov) * m_view.aspect));
-    m_distance = radius / std::sin(half);
-    if (m_view.projection == scene::Projection::Orthographic)
-        m_view.height = 2.0f * radius / std::min(1.0f, m_view.aspect);
-    m_view.eye = glm::dvec3(middle) - glm::dvec3(m_distance * m_view.forward);
+    m_view = scene::ViewOfBounds(bounds, m_view);
+    const glm::dvec3 center = bounds.IsEmpty() ? glm::dvec3(0.0) : glm::dvec3(bounds.Center());
+    m_distance =
+        std::max(static_cast<float>(glm::dot(center - m_view.eye, glm::dvec3(m_view.forward))), kNearest);
 }
 
 }  // namespace raygraph::editor

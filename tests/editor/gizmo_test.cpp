@@ -339,24 +339,43 @@ TEST(CameraController, DollyNarrowsAnOrthographicView) {
     ExpectNear(camera.View().eye, {0, 0, 4});
 }
 
-TEST(CameraController, FrameShowsAllOfABoxFromWhereItLooks) {
-    CameraController camera = FromFront();
-    camera.Orbit({0.6f, 0.2f});
-    const glm::vec3 forward = camera.View().forward;
+// The greatest coordinate of a corner in the picture, whose borders are at 1.
+float FarthestCorner(const scene::Bounds& bounds, const scene::CameraView& view) {
+    float farthest = 0.0f;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::vec3 point(corner & 1 ? bounds.min.x : bounds.max.x,
+                              corner & 2 ? bounds.min.y : bounds.max.y,
+                              corner & 4 ? bounds.min.z : bounds.max.z);
+        const glm::vec3 way = glm::dvec3(point) - view.eye;
+        const float depth = glm::dot(way, view.forward);
+        EXPECT_GT(depth, view.zNear);
+        const float half = view.projection == scene::Projection::Orthographic
+                               ? 0.5f * view.height
+                               : std::tan(0.5f * view.yFov) * depth;
+        farthest = std::max({farthest, std::abs(glm::dot(way, view.up)) / half,
+                             std::abs(glm::dot(way, view.right)) / (half * view.aspect)});
+    }
+    return farthest;
+}
+
+TEST(CameraController, FramesABoxAsRenderDoesFromWhereItLooks) {
     scene::Bounds bounds;
     bounds.Extend(glm::vec3(9, 9, 9));
-    bounds.Extend(glm::vec3(11, 11, 11));
+    bounds.Extend(glm::vec3(11, 10, 19));
+    const scene::CameraView rendered = scene::ViewOfBounds(bounds, {30.0f, 20.0f}, 1.5f, 0.8f);
+    CameraController camera;
+    scene::CameraView from = rendered;
+    from.eye = {3, -70, 1};
+    camera.Set(from, 2.0f);
     camera.Frame(bounds);
-    ExpectNear(camera.View().forward, forward);
-    ExpectNear(camera.Pivot(), {10, 10, 10}, 1e-4f);
-    const scene::CameraView& view = camera.View();
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::vec3 point(corner & 1 ? 9 : 11, corner & 2 ? 9 : 11, corner & 4 ? 9 : 11);
-        const glm::vec3 way = glm::dvec3(point) - view.eye;
-        const float depth = glm::dot(way, view.forward), half = std::tan(0.5f * view.yFov) * depth;
-        EXPECT_LT(std::abs(glm::dot(way, view.up)), half);
-        EXPECT_LT(std::abs(glm::dot(way, view.right)), half * view.aspect);
-    }
+    ExpectNear(camera.View().eye, rendered.eye, 1e-4f);
+    EXPECT_EQ(camera.View().forward, from.forward);
+    EXPECT_NEAR(camera.Distance(), glm::dot(bounds.Center() - glm::vec3(rendered.eye), from.forward), 1e-4f);
+    EXPECT_NEAR(FarthestCorner(bounds, camera.View()), scene::kFramedShare, 1e-4f);
+    camera.ToggleOrthographic();
+    camera.Frame(bounds);
+    EXPECT_NEAR(FarthestCorner(bounds, camera.View()), scene::kFramedShare, 1e-4f);
+    ExpectNear(camera.Pivot(), {10, 9.5f, 14}, 1e-4f);
 }
 
 TEST(CameraController, FlyGoesAlongItsOwnAxes) {

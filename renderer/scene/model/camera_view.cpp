@@ -85,31 +85,45 @@ FramedShape ShapeOf(const Bounds& bounds, bool isCylinder) {
     return shape;
 }
 
-// Returns a camera in the direction `toEye` from the shape that sees all of it. Where right, up and forward
-// are x, y and z, a point is within the left and right borders at slope s if x - ex <= s (z - ez) and
-// ex - x <= s (z - ez). For all points of the shape that is ex - s ez >= A and -ex - s ez >= B, with the
-// supports A of right - s forward and B of -right - s forward; so the eye can be no nearer than
-// ez = -(A + B) / 2s, and ex = (A - B) / 2 leaves as much on the left as on the right. Likewise for up.
+// Moves a view so that it sees all of the shape. Where right, up and forward are x, y and z, a point is
+// within the left and right borders at slope s if x - ex <= s (z - ez) and ex - x <= s (z - ez). For all
+// points of the shape that is ex - s ez >= A and -ex - s ez >= B, with the supports A of right - s forward
+// and B of -right - s forward; so the eye can be no nearer than ez = -(A + B) / 2s, and ex = (A - B) / 2
+// leaves as much on the left as on the right. Likewise for up. An orthographic view gets the height that
+// fits, from the distance where its field of view would have it.
+void Frame(CameraView& view, const FramedShape& shape) {
+    const glm::dvec3 right(view.right), up(view.up), forward(view.forward);
+    const double slope = std::tan(0.5 * double{view.yFov}), aspect = view.aspect;
+    const double slopeY = kFramedShare * slope, slopeX = slopeY * aspect;
+    double nearest = 0.0, x = 0.0, y = 0.0;
+    if (view.projection == Projection::Orthographic) {
+        const double half = std::max(shape.Support(up), shape.Support(right) / aspect) / kFramedShare;
+        view.height = static_cast<float>(2.0 * half);
+        nearest = half / slope;
+    } else {
+        const auto fit = [&](const glm::dvec3& across, double border) {
+            const double above = shape.Support(across - border * forward),
+                         below = shape.Support(-across - border * forward);
+            nearest = std::max(nearest, (above + below) / (2.0 * border));
+            return 0.5 * (above - below);
+        };
+        x = fit(right, slopeX);
+        y = fit(up, slopeY);
+    }
+    // A line that points at the camera projects to a point, which it must not touch
+    const double depth = shape.Support(forward);
+    const double distance = std::max(nearest, depth + 1e-6 * glm::length(shape.half));
+    view.eye = shape.center + x * right + y * up - distance * forward;
+    view.zNear = static_cast<float>(std::min(1e-3 * distance, 0.5 * (distance - depth)));
+}
+
+// Returns a perspective camera in the direction `toEye` from the shape.
 CameraView Framed(const FramedShape& shape, const glm::dvec3& toEye, const glm::dvec3& up, float aspect,
                   float yFov) {
     CameraView view = CameraView::LookAt(toEye, glm::dvec3(0.0), up);
     view.yFov = yFov;
     view.aspect = aspect;
-    const glm::dvec3 right(view.right), upward(view.up), forward(view.forward);
-    const double slopeY = kFramedShare * std::tan(0.5 * double{yFov}), slopeX = slopeY * double{aspect};
-    double nearest = 0.0;
-    const auto fit = [&](const glm::dvec3& across, double slope) {
-        const double above = shape.Support(across - slope * forward),
-                     below = shape.Support(-across - slope * forward);
-        nearest = std::max(nearest, (above + below) / (2.0 * slope));
-        return 0.5 * (above - below);
-    };
-    const double x = fit(right, slopeX), y = fit(upward, slopeY);
-    // A line that points at the camera projects to a point, which it must not touch
-    const double depth = shape.Support(forward);
-    const double distance = std::max(nearest, depth + 1e-6 * glm::length(shape.half));
-    view.eye = shape.center + x * right + y * upward - distance * forward;
-    view.zNear = static_cast<float>(std::min(1e-3 * distance, 0.5 * (distance - depth)));
+    Frame(view, shape);
     return view;
 }
 
@@ -172,6 +186,13 @@ CameraView ViewOfBounds(const Bounds& bounds, const Orbit& orbit, float aspect, 
     const glm::dvec3 toEye = std::cos(elevation) * outward + std::sin(elevation) * upward,
                      up = std::cos(elevation) * upward - std::sin(elevation) * outward;
     return Framed(ShapeOf(bounds, orbit.isTurntable), toEye, up, aspect, yFov);
+}
+
+CameraView ViewOfBounds(const Bounds& bounds, const CameraView& from) {
+    CameraView view = from;
+    view.zFar = 0.0f;
+    Frame(view, ShapeOf(bounds, false));
+    return view;
 }
 
 std::optional<Orbit> OrbitFromText(std::string_view text) {

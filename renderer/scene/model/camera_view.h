@@ -57,6 +57,8 @@ inline constexpr float kFramedShare = 0.9f;
 RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov = 0.7f);
 RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, const Orbit& orbit, float aspect,
                                      float yFov = 0.7f);
+// Keeps direction, projection, field of view and aspect ratio of another view.
+RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, const CameraView& from);
 
 // Converts between an orbit and "orbit AZIMUTH ELEVATION" or "turntable AZIMUTH ELEVATION"; none: the text is
 // not one of these, or its elevation is out of range.
