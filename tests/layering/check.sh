@@ -7,7 +7,7 @@ export LC_ALL=C.UTF-8
 cd -- "${1:-$(dirname -- "${BASH_SOURCE[0]}")/../..}" || exit 2
 
 folders=()
-for folder in base rhi renderer passes shaders editor tests scenes cmake docs .ci; do
+for folder in base rhi renderer passes shaders editor python tests scenes cmake docs .ci; do
     [[ ! -d $folder ]] || folders+=("$folder")
 done
 mapfile -t files < <(find "${folders[@]}" -type f | sort)
@@ -54,7 +54,7 @@ Word() { printf '(^|[^[:alnum:]_])(%s)' "$1"; }
 
 # MayInclude FOLDER PREFIXES: of the project's headers, those that files under FOLDER may include.
 MayInclude() {
-    grep -E "^$1[^:]*:[0-9]+: *# *include *[<\"](base|rhi|renderer|passes|shaders|editor|tests)/" <<<"$code" |
+    grep -E "^$1[^:]*:[0-9]+: *# *include *[<\"](base|rhi|renderer|passes|shaders|editor|python|tests)/" <<<"$code" |
         grep -vE ": *# *include *\"($2)" | Report "layer: $1 includes only ${2//|/ }"
 }
 
@@ -77,24 +77,25 @@ CheckLayers() {
     MayInclude editor/session/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/session/"
     MayInclude editor/app/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
     MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
+    MayInclude python/ "$lower|rhi/|renderer/|passes/|editor/session/|python/"
     MayNotInclude 'renderer/scene/(model|animation|geometry|formats)/' 'renderer/scene/gltf/'
     MayNotInclude 'renderer/gpu_scene/(geometry|instances|materials|lights|deform)/' 'renderer/gpu_scene/streaming/'
     MayNotInclude 'renderer/gpu_scene/materials/' 'renderer/gpu_scene/(instances|lights|deform)/'
     MayNotInclude 'editor/session/(frames|file|settings)/' 'editor/session/group/'
     # editor/session/cpu compiles shader text, whose includes count from shaders/
-    Find 'base/|rhi/|renderer/|passes/|editor/' '# *include *"' |
-        grep -vE '"(base|rhi|renderer|passes|shaders|editor)/|^editor/session/cpu/[^:]*:[0-9]+:.*\.glsl"' |
+    Find 'base/|rhi/|renderer/|passes/|editor/|python/' '# *include *"' |
+        grep -vE '"(base|rhi|renderer|passes|shaders|editor|python)/|^editor/session/cpu/[^:]*:[0-9]+:.*\.glsl"' |
         Report 'include-root: our headers are named from the root of the tree'
 }
 
 CheckTokens() {
-    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/'
+    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/|python/'
     local verbs='Cmd|Create|Destroy|Get|Allocate|Free|Queue|Device|Enumerate|Bind|Begin|End|Reset|Wait|Acquire|Build'
-    Find 'base/|renderer/|passes/|shaders/|editor/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
+    Find 'base/|renderer/|passes/|shaders/|editor/|python/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
         Report 'vk-call: Vulkan is called in rhi alone'
     Find 'base/|renderer/image/|renderer/scene/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
         Report 'no-vulkan: base, image and scene know nothing of Vulkan'
-    Find 'passes/|editor/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
+    Find 'passes/|editor/|python/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
         grep -v '^editor/viewport/vulkan_interop\.' |
         Report 'vk-token: passes and editor reach Vulkan through rhi; hosts through viewport/vulkan_interop.h'
     Find 'base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/|editor/cli/' "$(Word 'glfw|GLFW|imgui|ImGui|IMGUI')" |
@@ -111,7 +112,7 @@ CheckTokens() {
 
 # What one system has and another has not is in base/os_posix.cpp, for a port to be one file.
 CheckSystem() {
-    local product='base/|rhi/|renderer/|passes/|shaders/|editor/'
+    local product='base/|rhi/|renderer/|passes/|shaders/|editor/|python/'
     local folders='sys|arpa|net|netinet|linux'
     local headers='aio|dirent|dlfcn|fcntl|fnmatch|ftw|glob|grp|langinfo|libgen|netdb|poll|pthread|pwd|regex|sched'
     headers+='|semaphore|signal|spawn|strings|syslog|termios|ucontext|unistd|utime|windows|wordexp'

@@ -1,0 +1,75 @@
+// What the sources of the Python module share. For python/ alone. Threads: with the GIL held, unless a
+// comment says otherwise.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "base/log.h"
+#include "editor/session/settings/scene_input.h"
+#include "rhi/device.h"
+
+namespace raygraph::python {
+
+namespace py = pybind11;
+
+// Messages of the library wait here until a call into the module returns, and then go to Python's `logging`
+// as those of the logger "raygraph". So none of the library's threads ever waits for the GIL under a lock.
+Log LogToPython();
+void SendMessages() noexcept;
+
+// Calls `run` without the GIL, so that other Python threads go on, and sends the messages of the call.
+template <typename Run>
+auto WithoutGil(Run&& run) {
+    struct Sender {
+        ~Sender() { SendMessages(); }
+    } sender;
+    const py::gil_scoped_release released;
+    return std::forward<Run>(run)();
+}
+
+// A device, or none: the default one, which the first call that needs it opens.
+using DevicePtr = std::shared_ptr<rhi::Device>;
+DevicePtr DeviceOrDefault(const DevicePtr& device);
+
+// A scene that may be edited. Renders take copies.
+struct Scene {
+    session::SceneInput input;  // with its animations, in the rest pose
+    // Set by edits: hash, statistics and world transforms are of an earlier state.
+    bool isEdited = false;
+
+    scene::SceneData& Edit() {
+        isEdited = true;
+        return input.data;
+    }
+    // Computes what edits have left behind.
+    void Update();
+    // Returns what a picture at a time of the animations takes, or without one of the rest pose. Needs no
+    // GIL.
+    session::SceneInput InputFor(bool isAnimated) const;
+};
+
+// Returns an array of numpy over memory that `owner` keeps, without a copy. Strides are in values.
+template <typename T, typename Owner>
+py::array ViewOf(const std::shared_ptr<Owner>& owner, const T* data, const std::vector<py::ssize_t>& shape,
+                 std::vector<py::ssize_t> strides) {
+    for (py::ssize_t& stride : strides) stride *= static_cast<py::ssize_t>(sizeof(T));
+    const py::capsule keeper(new std::shared_ptr<Owner>(owner),
+                             [](void* pointer) { delete static_cast<std::shared_ptr<Owner>*>(pointer); });
+    return py::array(py::dtype::of<T>(), shape, strides, data, keeper);
+}
+
+void BindScene(py::module_& module);
+void BindPictures(py::module_& module);
+void BindPasses(py::module_& module);
+
+}  // namespace raygraph::python

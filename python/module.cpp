@@ -1,0 +1,190 @@
+// The Python module raygraph._core: errors, messages and devices. The package around it is raygraph/.
+#include <cstdlib>
+#include <mutex>
+
+#include "base/version.h"
+#include "editor/session/settings/picture_settings.h"
+#include "python/bindings.h"
+
+namespace raygraph::python {
+
+namespace {
+
+struct Message {
+    LogLevel level;
+    std::string category, text;
+};
+
+struct MessageQueue {
+    std::mutex lock;
+    std::vector<Message> messages;
+};
+
+// It outlives every device, also those that the interpreter frees at its end.
+MessageQueue& Queue() {
+    static MessageQueue& queue = *new MessageQueue;
+    return queue;
+}
+
+// Returns the level of Python's logging.
+int LevelOf(LogLevel level) {
+    switch (level) {
+        case LogLevel::Debug:
+            return 10;
+        case LogLevel::Info:
+            return 20;
+        case LogLevel::Warning:
+            return 30;
+        default:
+            return 40;
+    }
+}
+
+constexpr std::array kErrorKinds{"usage",         "bad_input",   "io",    "no_device",
+                                 "out_of_memory", "device_lost", "vulkan"};
+
+// The class raygraph.Error; kept for as long as the process lives.
+PyObject* g_error = nullptr;
+
+void RaiseError(const Error& error, std::string text) {
+    const py::object type = py::reinterpret_borrow<py::object>(g_error);
+    py::object raised = type(text);
+    raised.attr("kind") = kErrorKinds.at(static_cast<size_t>(error.Kind()));
+    PyErr_SetObject(g_error, raised.ptr());
+}
+
+// The name of a setting as Python's keyword: "max_depth: ..." for "max-depth: ...".
+std::string WithKeyword(std::string text) {
+    const size_t end = std::min(text.find(':'), text.size());
+    for (size_t i = 0; i < end; ++i)
+        if (text[i] == '-') text[i] = '_';
+    return text;
+}
+
+void BindErrors(py::module_& module) {
+    g_error = PyErr_NewExceptionWithDoc(
+        "raygraph.Error",
+        "A failure of the library, in one line. `kind` is one of usage, bad_input, io, no_device, "
+        "out_of_memory, device_lost and vulkan.",
+        nullptr, nullptr);
+    module.attr("Error") = py::reinterpret_borrow<py::object>(g_error);
+    py::register_exception_translator([](std::exception_ptr pointer) {
+        try {
+            if (pointer) std::rethrow_exception(pointer);
+        } catch (const session::SettingError& error) {
+            RaiseError(error, WithKeyword(error.what()));
+        } catch (const Error& error) {
+            RaiseError(error, error.what());
+        }
+    });
+}
+
+// As the program opens it: "" is RAYGRAPH_DEVICE, else the most suitable one.
+DevicePtr OpenDevice(std::string select, bool validation) {
+    const char* variable = std::getenv("RAYGRAPH_DEVICE");
+    if (select.empty() && variable != nullptr) select = variable;
+    return WithoutGil([&] {
+        return DevicePtr(
+            rhi::Device::Create({.select = select, .validation = validation, .log = LogToPython()}));
+    });
+}
+
+// Null until it is needed, and at the interpreter's end again.
+DevicePtr& DefaultDevice() {
+    static DevicePtr& device = *new DevicePtr;
+    return device;
+}
+
+void BindDevices(py::module_& module) {
+    py::class_<rhi::Device, DevicePtr>(
+        module, "Device",
+        "A Vulkan device. `select` is an index or a part of a name; \"\": RAYGRAPH_DEVICE, else the most "
+        "suitable one. With `validation` the validation layers check every call, and their messages are "
+        "counted.")
+        .def(py::init(&OpenDevice), py::arg("select") = "", py::kw_only(), py::arg("validation") = false)
+        .def_property_readonly("name", [](const rhi::Device& device) { return device.Info().name; })
+        .def_property_readonly("driver", [](const rhi::Device& device) { return device.Info().driver; })
+        .def_property_readonly("kind",
+                               [](const rhi::Device& device) { return rhi::Name(device.Info().type); })
+        .def_property_readonly("validation_messages", &rhi::Device::ValidationMessageCount)
+        .def("__repr__",
+             [](const rhi::Device& device) { return "<raygraph.Device '" + device.Info().name + "'>"; });
+    module.def(
+        "devices",
+        [] {
+            py::list list;
+            for (const rhi::DeviceReport& report : WithoutGil([] { return rhi::Device::Enumerate(); })) {
+                py::dict entry;
+                entry["index"] = report.index;
+                entry["name"] = report.name;
+                entry["driver"] = report.driver;
+                entry["kind"] = rhi::Name(report.type);
+                py::list refusals;
+                for (const std::string& refusal : report.refusals) refusals.append(refusal);
+                entry["refusals"] = refusals;
+                list.append(entry);
+            }
+            return list;
+        },
+        "Returns every Vulkan device of the machine as a dictionary: index, name, driver, kind, and the "
+        "reasons for which it cannot be used as `refusals`.");
+    module.def(
+        "set_default_device", [](const DevicePtr& device) { DefaultDevice() = device; },
+        "Sets the device of calls that name none; None: it is opened again when it is needed.");
+    py::module_::import("atexit").attr("register")(py::cpp_function([] {
+        WithoutGil([] {
+            DefaultDevice().reset();
+            return 0;
+        });
+    }));
+}
+
+}  // namespace
+
+Log LogToPython() {
+    return Log([](const LogMessage& message) {
+        const std::scoped_lock lock(Queue().lock);
+        Queue().messages.push_back({message.level, std::string(message.category), std::string(message.text)});
+    });
+}
+
+void SendMessages() noexcept {
+    std::vector<Message> messages;
+    {
+        const std::scoped_lock lock(Queue().lock);
+        messages.swap(Queue().messages);
+    }
+    if (messages.empty()) return;
+    try {
+        const py::error_scope pending;  // of the call
+        const py::object logging = py::module_::import("logging");
+        for (const Message& message : messages)
+            logging.attr("getLogger")("raygraph." + message.category)
+                .attr("log")(LevelOf(message.level), "%s",
+                             py::bytes(message.text).attr("decode")("utf-8", "replace"));
+    } catch (py::error_already_set& error) {
+        error.discard_as_unraisable("raygraph: a message");
+    }
+}
+
+DevicePtr DeviceOrDefault(const DevicePtr& device) {
+    if (device) return device;
+    if (!DefaultDevice()) {
+        // Another thread may open one meanwhile: the first stays.
+        const DevicePtr opened = OpenDevice("", false);
+        if (!DefaultDevice()) DefaultDevice() = opened;
+    }
+    return DefaultDevice();
+}
+
+}  // namespace raygraph::python
+
+PYBIND11_MODULE(_core, module) {
+    using namespace raygraph::python;
+    module.attr("__version__") = RAYGRAPH_VERSION;
+    BindErrors(module);
+    BindDevices(module);
+    BindScene(module);
+    BindPictures(module);
+    BindPasses(module);
+}

@@ -1,0 +1,196 @@
+"""Path tracing of glTF scenes on Vulkan, with pictures as arrays of numpy.
+
+    import raygraph as rg
+    scene = rg.load("scene.glb")
+    image = rg.render(scene, spp=64)["color"]       # float32, (height, width, 4), linear
+    rg.render(scene, spp=64, denoise=True).save("scene.png")
+
+The import opens no device and needs no display. The first call that needs a device opens the default one: the
+environment variable RAYGRAPH_DEVICE names it by index or by a part of its name, else it is the most suitable.
+
+Threads: the GIL is released while the library works. A scene, a picture and a device may be used by several
+threads; edits of a scene wait for no render, since a render takes a copy.
+"""
+
+import os as _os
+
+from . import _core
+from ._core import Device, Error, Progress, Scene, __version__, devices, set_default_device
+
+__all__ = [
+    "Device",
+    "Error",
+    "Picture",
+    "Progress",
+    "Scene",
+    "devices",
+    "load",
+    "look_at",
+    "merge",
+    "read",
+    "render",
+    "set_default_device",
+]
+
+
+def load(path, *, scene="", variant="", points="off", lines="off", env="", root=""):
+    """Loads a glTF file (.gltf, .glb), with its animations, and returns a Scene.
+
+    scene, variant: a scene of the file and a variant of its materials, by name or index.
+    points, lines: the radius in meters that they are given, or "0.2%" of the scene's size, or "off".
+    env: an equirectangular .hdr or .exr that lights the scene.
+    root: the folder that files named by the scene are confined to; "": the scene's own.
+
+    Raises Error of kind bad_input that names the file.
+    """
+    return _core.load(path, str(scene), str(variant), str(points), str(lines), env, root)
+
+
+def look_at(eye, target, up=(0.0, 1.0, 0.0), fov=40.0):
+    """Returns a camera for render(): `fov` is the vertical angle in degrees, all else is in meters."""
+    return " ".join(repr(float(number)) for number in (*eye, *target, *up, fov))
+
+
+class Picture(dict):
+    """A finished picture: arrays of numpy by name, all views of its memory, (height, width) or (height, width, n).
+
+    color      float32, n = 4: linear radiance and coverage, the mean over the samples
+    denoised   float32, n = 4: with denoise
+    variance   float32, n = 3: the variance of one sample
+    and the AOVs that were asked for: albedo, normal and parts of the light as float32, n = 3; depth as float32,
+    in meters along the view, infinite where nothing is hit; instance and material as uint32, 0xFFFFFFFF there.
+
+    In a notebook it shows itself.
+    """
+
+    def __init__(self, core):
+        super().__init__(core.arrays())
+        self._core = core
+
+    def __repr__(self):
+        width, height = self.size
+        return f"<raygraph.Picture {width}x{height}, {self.samples} samples: {', '.join(self)}>"
+
+    def _repr_png_(self):
+        return self._core.png()
+
+    @property
+    def display(self):
+        """The picture as a screen shows it: uint8, (height, width, 4), sRGB."""
+        return self._core.display()
+
+    def save(self, path):
+        """Writes a .png or .jpg as `display`, an .exr with all arrays that can be merged and resumed, or an .hdr.
+
+        The file appears whole or not at all. Raises Error of kind io.
+        """
+        self._core.save(_os.fspath(path))
+
+    @property
+    def size(self):
+        """Width and height in pixels."""
+        return self._core.size
+
+    @property
+    def samples(self):
+        """Samples of a pixel; of an adaptive picture their mean."""
+        return self._core.samples
+
+    @property
+    def seconds(self):
+        """The time of sampling; 0 for a picture that was read or merged."""
+        return self._core.seconds
+
+    @property
+    def was_stopped(self):
+        """Whether `progress` has ended the render early."""
+        return self._core.was_stopped
+
+    @property
+    def relative_error(self):
+        """Standard error of a pixel over the picture's mean; None if it is not known."""
+        return self._core.relative_error
+
+    @property
+    def settings(self):
+        """Every setting of the picture as text, by its name as an option of `raygraph render`."""
+        return self._core.settings
+
+    @property
+    def device(self):
+        """The name of the device that rendered it."""
+        return self._core.device
+
+
+def _text(value):
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, (tuple, list)) or hasattr(value, "tolist"):
+        items = list(value)
+        return (";" if items and isinstance(items[0], str) else ",").join(_text(item) for item in items)
+    if hasattr(value, "item"):
+        value = value.item()
+    return value if isinstance(value, str) else repr(value)
+
+
+def _settings(size, settings):
+    names = _core.setting_names()
+    texts = {}
+    for keyword, value in settings.items():
+        name = keyword.rstrip("_").replace("_", "-")
+        if name not in names:
+            raise TypeError(f"{keyword} is no setting of a picture; there are: "
+                            + ", ".join(each.replace("-", "_") for each in names))
+        if value is not None:
+            texts[name] = _text(value)
+    if size is not None:
+        width, height = size
+        texts["size"] = f"{int(width)}x{int(height)}"
+    return texts
+
+
+def render(scene, spp=None, size=None, *, aovs=(), denoise=False, seconds=None, error=None, sample_offset=0,
+           exposure=0.0, tonemap="", white_point=None, progress=None, device=None, **settings):
+    """Renders a picture of a scene and returns it.
+
+    scene: a Scene, or the path of a file.
+    spp: samples per pixel; 64 if neither `seconds` nor `error` is given.
+    size: width and height in pixels; 1280 x 720.
+    aovs: names of further arrays, as "albedo", "normal", "depth", "instance", "material", "motion", "direct".
+    denoise: True, or the name of a denoiser: adds the array `denoised`, which `display` and files show.
+    seconds, error: ends earlier, after this time, or when Picture.relative_error is reached.
+    sample_offset: index of the first sample; pictures of disjoint ranges can be merged.
+    exposure: stops; tonemap: an operator by name; white_point: "auto" or kelvin. Of `display` alone.
+    progress: called with a Progress after each sample; if it returns False the render ends with what there is.
+    device: a Device, or several of one kind; the default one if None.
+    settings: every option of `raygraph render` that changes the linear picture, as max_depth=4, seed=1,
+        camera="Camera" or look_at(...), background=(1, 1, 1), at=0.5, view="normals".
+
+    A picture has the bits of `raygraph render` with the same options on the same device. Ctrl-C ends it between
+    two samples with KeyboardInterrupt. Raises Error.
+    """
+    if not isinstance(scene, Scene):
+        scene = load(scene)
+    if spp is None and seconds is None and error is None:
+        spp = 64
+    denoiser = denoise if isinstance(denoise, str) else "network" if denoise else ""
+    devices_ = [] if device is None else [device] if isinstance(device, Device) else list(device)
+    return Picture(_core.render(scene, _settings(size, settings), list(aovs), spp, seconds, error, sample_offset,
+                                denoiser, exposure, tonemap, white_point, progress, devices_))
+
+
+def read(path):
+    """Reads an .exr that `save` or `raygraph render` has written. Raises Error of kind bad_input."""
+    return Picture(_core.read(_os.fspath(path)))
+
+
+def merge(pictures):
+    """Merges pictures, or .exr files, of different samples of one picture: the result has the bits of one render
+    of all these samples. Raises Error of kind bad_input that names the first difference."""
+    parts = []
+    for index, picture in enumerate(pictures):
+        if isinstance(picture, Picture):
+            parts.append((f"pictures[{index}]", picture._core))
+        else:
+            parts.append((_os.fspath(picture), _core.read(_os.fspath(picture))))
+    return Picture(_core.merge(parts))
