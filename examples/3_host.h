@@ -62,7 +62,7 @@ struct Host {
         vkGetDeviceQueue(device, queueFamily, 0, &queue);
     }
 
-    // Makes an rgba8 image that can be copied and read by shaders, and its memory.
+    // Makes an rgba8 image that can be copied, drawn into and read by shaders, and its memory.
     VkImage MakeImage(VkExtent2D extent, VkDeviceMemory& memory) const {
         VkImageCreateInfo info{VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO};
         info.imageType = VK_IMAGE_TYPE_2D;
@@ -71,7 +71,8 @@ struct Host {
         info.mipLevels = info.arrayLayers = 1;
         info.samples = VK_SAMPLE_COUNT_1_BIT;
         info.usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
-                     VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+                     VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT |
+                     VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
         VkImage made = VK_NULL_HANDLE;
         Require(vkCreateImage(device, &info, nullptr, &made), "vkCreateImage");
         VkMemoryRequirements requirements{};

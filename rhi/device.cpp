@@ -98,12 +98,12 @@ VkResult Device::Impl::Await(uint64_t value) noexcept {
         static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(hangLimit).count());
     constexpr uint64_t kMillisecond = 1'000'000;
     uint64_t before = 0;
-    VkResult result = QueryCompleted(before);
+    VkResult result = QuerySignaled(before);
     while (result == VK_SUCCESS) {
         result = vk.vkWaitSemaphores(device, &wait, hungValue.load() == before ? kMillisecond : limit);
         if (result != VK_TIMEOUT) return result;
         uint64_t completed = 0;
-        result = QueryCompleted(completed);
+        result = QuerySignaled(completed);
         if (result == VK_SUCCESS && completed == before) {
             hungValue = completed;
             return VK_TIMEOUT;
@@ -114,7 +114,7 @@ VkResult Device::Impl::Await(uint64_t value) noexcept {
 }
 
 bool Device::Impl::Drain() noexcept {
-    const uint64_t last = lastSubmitted.load();
+    const uint64_t last = lastSignaled.load();
     if (!timeline || last == 0) return true;
     const VkResult result = Await(last);
     if (result == VK_TIMEOUT) return false;

@@ -223,7 +223,7 @@ class RAYGRAPH_API Device {
     void LimitMemory(uint64_t bytes);
     uint64_t MemoryLimit() const;  // 0: none
 
-    // --- The timeline: every submission signals its next value.
+    // --- The timeline: every submission signals its next value. Threads: any.
     // Returns a command list in the recording state; its pool is recycled once its submission has completed.
     CommandList BeginCommands(const std::string& name);
     // Ends the list and submits it; returns the timeline value at which it has completed. Throws
@@ -233,10 +233,25 @@ class RAYGRAPH_API Device {
     // Submits no commands: the signals follow the waits. For work that failed before its submission, whose
     // semaphores others wait for. Returns and throws as Submit does.
     uint64_t Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
+    // Returns a command list that records into a primary command buffer of the host, of the device's queue
+    // family, in the recording state and outside of rendering. What the host has bound is lost.
+    CommandList RecordInto(VkCommandBuffer commands);
+    // Ends a list of RecordInto without ending the host's buffer, which the host then submits exactly once,
+    // to the device's queue. Returns the next timeline value, which counts as reached when the host has said
+    // so by Complete. What is retired meanwhile waits for it.
+    uint64_t HandOver(CommandList&& commands);
+    // The host's submission with this value of HandOver has completed: its fence or semaphore says so. Throws
+    // Error{Usage} for a value that is none, or that has been completed.
+    void Complete(uint64_t value);
+
+    // Returns the value up to which everything has completed, buffers of the host included.
     uint64_t CompletedValue() const;
+    // Tells whether this one submission, or buffer of the host, has completed; earlier ones may not have.
+    bool HasCompleted(uint64_t value) const;
     uint64_t LastSubmittedValue() const;
     VkSemaphore Timeline() const;
-    // Throws Error{DeviceLost} for a device that is lost or hangs (DeviceDesc::hangLimit).
+    // Waits until HasCompleted. Throws Error{DeviceLost} for a device that is lost or hangs
+    // (DeviceDesc::hangLimit), and Error{Usage} for a buffer that the host has not completed.
     void WaitFor(uint64_t value);
     // Waits for Raygraph's own submissions, not for a host's on the same queue.
     void WaitIdle();

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <list>
 #include <mutex>
+#include <set>
 #include <vector>
 
 #include "rhi/device.h"
@@ -92,8 +93,11 @@ struct Device::Impl {
     // Waits for the timeline. Returns VK_TIMEOUT when no submission has completed for hangLimit, or at once
     // if the timeline has not advanced since another wait found the device to hang.
     VkResult Await(uint64_t value) noexcept;
-    // The timeline's current value.
+    // The value that the semaphore of the timeline has now.
+    VkResult QuerySignaled(uint64_t& value) noexcept;
+    // The value up to which everything has completed, the host's buffers included.
     VkResult QueryCompleted(uint64_t& value) noexcept;
+    bool IsPendingInHost(uint64_t value) const;
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
                          std::span<const SemaphoreUse> signals);
     // Ends the delivery of validation messages.
@@ -126,8 +130,12 @@ struct Device::Impl {
 
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
-    std::atomic<uint64_t> lastSubmitted{0};
+    std::atomic<uint64_t> lastSubmitted{0};  // or handed over to the host
+    std::atomic<uint64_t> lastSignaled{0};   // by own submissions
     std::atomic<uint64_t> lastCompleted{0};  // the value at the last query
+    // Values of HandOver, which the semaphore skips. Completed ones are kept until it has passed them.
+    mutable std::mutex handedMutex;
+    std::set<uint64_t> pendingInHost, completedInHost;
     std::chrono::milliseconds hangLimit{0};  // 0: none
     // The timeline's value when a wait found the device to hang.
     std::atomic<uint64_t> hungValue{~uint64_t{0}};

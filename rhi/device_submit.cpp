@@ -73,7 +73,7 @@ CommandList Device::BeginCommands(const std::string& name) {
 // Moves the Vulkan objects out of the list for reuse once the timeline has reached `value` (0: at once, since
 // the list was not submitted), and runs the callbacks for its outcome.
 void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
-    {
+    if (commands.m_pool != VK_NULL_HANDLE) {
         const std::lock_guard lock(m_impl->slotMutex);
         m_impl->slots.push_back({commands.m_pool, commands.m_commands, value});
     }
@@ -120,6 +120,7 @@ uint64_t Device::Impl::SubmitBatch(const Device& owner, VkCommandBuffer commands
     UnlockQueue();
     owner.Check(result, "vkQueueSubmit2");
     lastSubmitted = value;
+    lastSignaled = value;
     return value;
 }
 
@@ -127,6 +128,8 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
                         std::span<const SemaphoreUse> signals) {
     if (commands.m_device != this)
         throw Error(ErrorKind::Usage, "Submit: the command list is empty or of another device");
+    if (commands.m_pool == VK_NULL_HANDLE)
+        throw Error(ErrorKind::Usage, "Submit: the command list is a buffer of the host's (HandOver)");
     CommandList list = std::move(commands);  // dropped if anything below throws
     Check(m_impl->vk.vkEndCommandBuffer(list.Handle()), "vkEndCommandBuffer");
 
@@ -149,9 +152,62 @@ uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const Se
     return m_impl->SubmitBatch(*this, VK_NULL_HANDLE, atAllStages(waits), atAllStages(signals));
 }
 
+CommandList Device::RecordInto(VkCommandBuffer commands) {
+    CommandList list;
+    list.m_device = this;
+    list.m_commands = commands;
+    list.m_serial = m_impl->retired.OpenList();
+    return list;
+}
+
+uint64_t Device::HandOver(CommandList&& commands) {
+    if (commands.m_device != this || commands.m_pool != VK_NULL_HANDLE)
+        throw Error(ErrorKind::Usage, "HandOver: the command list is not one of RecordInto");
+    CommandList list = std::move(commands);
+    uint64_t value = 0;
+    {
+        const std::scoped_lock lock(m_impl->submitMutex, m_impl->handedMutex);
+        value = m_impl->lastSubmitted.load() + 1;
+        m_impl->pendingInHost.insert(value);
+        m_impl->lastSubmitted = value;
+    }
+    Recycle(list, value);
+    return value;
+}
+
+void Device::Complete(uint64_t value) {
+    {
+        const std::lock_guard lock(m_impl->handedMutex);
+        const auto node = m_impl->pendingInHost.extract(value);
+        if (node.empty())
+            throw MakeError(ErrorKind::Usage, "Complete({}): no pending buffer of the host has this value",
+                            value);
+        m_impl->completedInHost.insert(value);
+    }
+    CollectGarbage();
+}
+
+bool Device::Impl::IsPendingInHost(uint64_t value) const {
+    const std::lock_guard lock(handedMutex);
+    return pendingInHost.contains(value);
+}
+
+VkResult Device::Impl::QuerySignaled(uint64_t& value) noexcept {
+    return vk.vkGetSemaphoreCounterValue(device, timeline, &value);
+}
+
 VkResult Device::Impl::QueryCompleted(uint64_t& value) noexcept {
-    const VkResult result = vk.vkGetSemaphoreCounterValue(device, timeline, &value);
+    const VkResult result = QuerySignaled(value);
     if (result != VK_SUCCESS) return result;
+    {
+        const std::lock_guard lock(handedMutex);
+        completedInHost.erase(completedInHost.begin(), completedInHost.upper_bound(value));
+        for (const uint64_t done : completedInHost) {
+            if (done != value + 1) break;
+            value = done;
+        }
+        if (!pendingInHost.empty()) value = std::min(value, *pendingInHost.begin() - 1);
+    }
     uint64_t known = lastCompleted.load();
     while (known < value && !lastCompleted.compare_exchange_weak(known, value)) {
     }
@@ -162,6 +218,14 @@ uint64_t Device::CompletedValue() const {
     uint64_t value = 0;
     Check(m_impl->QueryCompleted(value), "vkGetSemaphoreCounterValue");
     return value;
+}
+
+bool Device::HasCompleted(uint64_t value) const {
+    uint64_t signaled = 0;
+    Check(m_impl->QuerySignaled(signaled), "vkGetSemaphoreCounterValue");
+    const std::lock_guard lock(m_impl->handedMutex);
+    if (m_impl->pendingInHost.contains(value)) return false;
+    return value <= signaled || m_impl->completedInHost.contains(value);
 }
 
 uint64_t Device::LastSubmittedValue() const {
@@ -176,7 +240,12 @@ void Device::WaitFor(uint64_t value) {
     if (value > LastSubmittedValue())
         throw MakeError(ErrorKind::Usage, "WaitFor({}): the last submission is {}", value,
                         LastSubmittedValue());
-    const VkResult result = m_impl->Await(value);
+    if (m_impl->IsPendingInHost(value))
+        throw MakeError(
+            ErrorKind::Usage,
+            "WaitFor({}): it is in a command buffer of the host, which has not completed it (Complete)",
+            value);
+    const VkResult result = HasCompleted(value) ? VK_SUCCESS : m_impl->Await(value);
     if (result == VK_TIMEOUT)
         throw Error(
             ErrorKind::DeviceLost,
@@ -188,7 +257,7 @@ void Device::WaitFor(uint64_t value) {
 }
 
 void Device::WaitIdle() {
-    WaitFor(LastSubmittedValue());
+    WaitFor(m_impl->lastSignaled.load());
 }
 
 VkResult Device::Present(const VkPresentInfoKHR& info) {

@@ -94,7 +94,7 @@ void Uploader::Drop() {
 }
 
 bool Uploader::IsChunkFree(const Chunk& chunk) const {
-    return chunk.until <= m_device.CompletedValue();
+    return m_device.HasCompleted(chunk.until);
 }
 
 bool Uploader::WouldBlock() const {
@@ -348,7 +348,7 @@ Readback Readback::Record(CommandList& commands, const Texture& source, VkImageL
 }
 
 bool Readback::IsReady() const {
-    return m_value != 0 && m_device->CompletedValue() >= m_value;
+    return m_value != 0 && m_device->HasCompleted(m_value);
 }
 
 std::span<const std::byte> Readback::Bytes() const {

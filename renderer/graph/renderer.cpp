@@ -84,7 +84,7 @@ void Renderer::BeginFrame() {
 }
 
 bool Renderer::WouldBlock() const {
-    return m_impl->device.CompletedValue() < m_impl->OldestInFlight();
+    return !m_impl->device.HasCompleted(m_impl->OldestInFlight());
 }
 
 void Renderer::DropFrame(DropPolicy semaphores) {
@@ -645,7 +645,7 @@ bool Readback::IsReady() const {
     if (!m_state) return false;
     const uint64_t submitted = m_state->submitted;
     if (submitted == State::kDeclared || submitted >= State::kRendererGone) return false;
-    return m_state->device->CompletedValue() >= submitted;
+    return m_state->device->HasCompleted(submitted);
 }
 
 void Readback::Wait() const {

@@ -364,43 +364,55 @@ void Renderer::Impl::Commit(uint64_t value) {
         if (readback->submitted == Readback::State::kDeclared) readback->submitted = value;
 }
 
-// Compiles, records and submits the declared frame.
-uint64_t Renderer::Impl::Submit(FrameTiming& timing) {
+// Compiles, records and submits the declared frame; with a buffer of the host, records into that instead.
+uint64_t Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host) {
+    if (host && !(waits.all.empty() && signals.all.empty()))
+        throw Error(ErrorKind::Usage,
+                    "Record: the frame has semaphores, which belong to the host's submission");
     CompileFrame();
     const Stopwatch recording;
     Prepare();
-    rhi::CommandList commands = device.BeginCommands("frame");
+    rhi::CommandList commands = host ? device.RecordInto(host) : device.BeginCommands("frame");
     Record(commands, timing);
     for (std::function<void()>& run : onSubmitted) commands.OnSubmitted(std::move(run));
     timing.recordMs = recording.Milliseconds();
     const Stopwatch submission;
-    const uint64_t value = device.Submit(std::move(commands), waits.all, signals.all);
+    const uint64_t value = host ? device.HandOver(std::move(commands))
+                                : device.Submit(std::move(commands), waits.all, signals.all);
     timing.submitMs = submission.Milliseconds();
     return value;
 }
 
-uint64_t Renderer::Execute() {
-    Impl& impl = *m_impl;
+uint64_t Renderer::Impl::Finish(std::string_view call, VkCommandBuffer host) {
     FrameTiming timing;
-    timing.frame = impl.frameNumber;
-    timing.declareMs = impl.sinceBegin.Milliseconds();
+    timing.frame = frameNumber;
+    timing.declareMs = sinceBegin.Milliseconds();
     uint64_t value = 0;
     try {
-        impl.RequireOpen("Execute");
-        value = WithMemoryErrors("Execute", [&] { return impl.Submit(timing); });
+        RequireOpen(call);
+        value = WithMemoryErrors(call, [&] { return Submit(timing, host); });
     } catch (...) {
-        impl.DropFrame();
+        DropFrame();
         throw;
     }
     // The frame is closed before the callbacks run, which are not part of it.
-    impl.Commit(value);
-    impl.CloseFrame();
-    timing.compileMs = impl.compileMs;
-    impl.timer.EndFrame(value, std::move(timing));
-    for (const std::string& name : std::exchange(impl.unneededOfSeries, {})) impl.persistents.Release(name);
-    impl.transients.Trim(impl.frameNumber);
-    impl.programs.EndFrame();
+    Commit(value);
+    CloseFrame();
+    timing.compileMs = compileMs;
+    timer.EndFrame(value, std::move(timing));
+    for (const std::string& name : std::exchange(unneededOfSeries, {})) persistents.Release(name);
+    transients.Trim(frameNumber);
+    programs.EndFrame();
     return value;
+}
+
+uint64_t Renderer::Execute() {
+    return m_impl->Finish("Execute", VK_NULL_HANDLE);
+}
+
+uint64_t Renderer::Record(VkCommandBuffer commands) {
+    if (commands == VK_NULL_HANDLE) throw Error(ErrorKind::Usage, "Record: there is no command buffer");
+    return m_impl->Finish("Record", commands);
 }
 
 const rhi::Texture& PassResources::Texture(TextureId id) const {

@@ -47,7 +47,7 @@ void SwapchainFrame::Execute(Renderer& renderer) {
 }
 
 bool SwapchainFrame::ShowDrawn() {
-    if (m_drawingOn && m_drawingOn->CompletedValue() < m_drawn) return false;
+    if (m_drawingOn && !m_drawingOn->HasCompleted(m_drawn)) return false;
     Show();
     return true;
 }

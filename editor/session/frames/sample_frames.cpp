@@ -504,8 +504,8 @@ void SampleFrames::RenderMissingUniformSamples() {
 }
 
 uint32_t SampleFrames::SamplesDone() {
-    const uint64_t completed = m_renderer.Device().CompletedValue();
-    while (!m_pending.empty() && m_pending.front().doneAt <= completed) m_pending.pop_front();
+    while (!m_pending.empty() && m_renderer.Device().HasCompleted(m_pending.front().doneAt))
+        m_pending.pop_front();
     uint64_t pending = 0;
     for (const PendingSamples& samples : m_pending) pending += samples.count;
     if (m_adaptive)

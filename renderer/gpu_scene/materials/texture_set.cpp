@@ -301,7 +301,7 @@ class TextureUpload::Impl {
 
     // One image is read while the next one is copied: at most two are in work.
     bool WouldBlock() const {
-        return m_uploader.WouldBlock() || m_frameBefore > m_device.CompletedValue() ||
+        return m_uploader.WouldBlock() || !m_device.HasCompleted(m_frameBefore) ||
                (m_renderer && m_renderer->WouldBlock());
     }
 

@@ -14,6 +14,7 @@ Gpu::Gpu() {
     poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
     poolInfo.queueFamilyIndex = queueFamily;
     Require(vkCreateCommandPool(device, &poolInfo, nullptr, &m_pool), "vkCreateCommandPool");
+    MakeHeap();
 }
 
 Gpu::~Gpu() {
@@ -23,8 +24,96 @@ Gpu::~Gpu() {
         vkDestroyBuffer(device, owned.buffer, nullptr);
         vkFreeMemory(device, owned.memory, nullptr);
     }
+    for (const VkImageView view : m_views) vkDestroyImageView(device, view, nullptr);
+    vkDestroyPipelineLayout(device, m_layout, nullptr);
+    vkDestroyDescriptorPool(device, m_heapPool, nullptr);
+    vkDestroyDescriptorSetLayout(device, m_heapLayout, nullptr);
     vkDestroyCommandPool(device, m_pool, nullptr);
     vkDestroySemaphore(device, timeline, nullptr);
+}
+
+void Gpu::MakeHeap() {
+    constexpr uint32_t kCount = 1000;
+    VkDescriptorSetLayoutBinding textures{};
+    textures.descriptorType = VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE;
+    textures.descriptorCount = kCount;
+    textures.stageFlags = VK_SHADER_STAGE_ALL;
+    const VkDescriptorBindingFlags flags = VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT;
+    VkDescriptorSetLayoutBindingFlagsCreateInfo flagsInfo{};
+    flagsInfo.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO;
+    flagsInfo.bindingCount = 1;
+    flagsInfo.pBindingFlags = &flags;
+    VkDescriptorSetLayoutCreateInfo setInfo{};
+    setInfo.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    setInfo.pNext = &flagsInfo;
+    setInfo.bindingCount = 1;
+    setInfo.pBindings = &textures;
+    Require(vkCreateDescriptorSetLayout(device, &setInfo, nullptr, &m_heapLayout),
+            "vkCreateDescriptorSetLayout");
+    const VkDescriptorPoolSize size{textures.descriptorType, kCount};
+    VkDescriptorPoolCreateInfo poolInfo{};
+    poolInfo.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    poolInfo.maxSets = 1;
+    poolInfo.poolSizeCount = 1;
+    poolInfo.pPoolSizes = &size;
+    Require(vkCreateDescriptorPool(device, &poolInfo, nullptr, &m_heapPool), "vkCreateDescriptorPool");
+    VkDescriptorSetAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+    allocate.descriptorPool = m_heapPool;
+    allocate.descriptorSetCount = 1;
+    allocate.pSetLayouts = &m_heapLayout;
+    Require(vkAllocateDescriptorSets(device, &allocate, &m_heap), "vkAllocateDescriptorSets");
+    VkPipelineLayoutCreateInfo layoutInfo{};
+    layoutInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    layoutInfo.setLayoutCount = 1;
+    layoutInfo.pSetLayouts = &m_heapLayout;
+    Require(vkCreatePipelineLayout(device, &layoutInfo, nullptr, &m_layout), "vkCreatePipelineLayout");
+}
+
+void Gpu::BindHeap(VkCommandBuffer commands) const {
+    vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, m_layout, 0, 1, &m_heap, 0, nullptr);
+}
+
+void Gpu::DrawSquare(VkCommandBuffer commands, VkImage picture, uint32_t side, std::array<float, 4> color) {
+    VkImageViewCreateInfo viewInfo{};
+    viewInfo.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+    viewInfo.image = picture;
+    viewInfo.viewType = VK_IMAGE_VIEW_TYPE_2D;
+    viewInfo.format = VK_FORMAT_R8G8B8A8_UNORM;
+    viewInfo.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+    VkImageView& view = m_views.emplace_back();
+    Require(vkCreateImageView(device, &viewInfo, nullptr, &view), "vkCreateImageView");
+    VkImageMemoryBarrier barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+    barrier.dstAccessMask = VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_COLOR_ATTACHMENT_READ_BIT;
+    barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
+    barrier.newLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+    barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = picture;
+    barrier.subresourceRange = viewInfo.subresourceRange;
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                         VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT, 0, 0, nullptr, 0, nullptr, 1,
+                         &barrier);
+    VkRenderingAttachmentInfo target{};
+    target.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+    target.imageView = view;
+    target.imageLayout = barrier.newLayout;
+    target.loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR;
+    target.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+    target.clearValue.color = {{color[0], color[1], color[2], color[3]}};
+    VkRenderingInfo rendering{};
+    rendering.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+    rendering.renderArea.extent = {side, side};
+    rendering.layerCount = 1;
+    rendering.colorAttachmentCount = 1;
+    rendering.pColorAttachments = &target;
+    vkCmdBeginRendering(commands, &rendering);
+    vkCmdEndRendering(commands);
+    std::swap(barrier.oldLayout, barrier.newLayout);
+    barrier.srcAccessMask = barrier.dstAccessMask;
+    barrier.dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT;
+    vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
+                         VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
 VkImage Gpu::MakePicture(VkExtent2D extent) {
@@ -61,7 +150,7 @@ void Gpu::SetVertices(VkBuffer vertices, const void* data, size_t bytes) {
     }
 }
 
-void Gpu::Run(const std::function<void(VkCommandBuffer)>& record) {
+void Gpu::Run(const Record& record) {
     VkCommandBufferAllocateInfo commandsInfo{};
     commandsInfo.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
     commandsInfo.commandPool = m_pool;
@@ -122,7 +211,7 @@ void Gpu::Clear(VkImage picture, std::array<float, 4> color) {
     });
 }
 
-std::vector<Texel> Gpu::Read(VkImage picture, VkExtent2D extent) {
+std::vector<Texel> Gpu::Read(VkImage picture, VkExtent2D extent, const Record& before) {
     std::vector<Texel> texels(size_t{extent.width} * extent.height);
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
@@ -136,6 +225,7 @@ std::vector<Texel> Gpu::Read(VkImage picture, VkExtent2D extent) {
         Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0);
     Require(vkBindBufferMemory(device, buffer, memory, 0), "vkBindBufferMemory");
     Run([&](VkCommandBuffer commands) {
+        if (before) before(commands);
         VkBufferImageCopy region{};
         region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
         region.imageExtent = {extent.width, extent.height, 1};

@@ -25,8 +25,14 @@ class Gpu : public Host {
     void SetVertices(VkBuffer vertices, const void* data, size_t bytes);
     // Fills the picture, whose old content is lost, and leaves it in TRANSFER_DST_OPTIMAL.
     void Clear(VkImage picture, std::array<float, 4> color);
-    // Returns the texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
-    std::vector<Texel> Read(VkImage picture, VkExtent2D extent);
+    using Record = std::function<void(VkCommandBuffer)>;
+    // Returns the texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them. `before` is
+    // recorded before the copy, into the same command buffer.
+    std::vector<Texel> Read(VkImage picture, VkExtent2D extent, const Record& before = {});
+    // Binds the host's heap, a descriptor set of many textures, for compute shaders.
+    void BindHeap(VkCommandBuffer commands) const;
+    // Draws a square into the upper left corner of a picture, which was and is in TRANSFER_SRC_OPTIMAL.
+    void DrawSquare(VkCommandBuffer commands, VkImage picture, uint32_t side, std::array<float, 4> color);
 
     std::mutex queueLock;  // guards all submissions
     std::mutex messageLock;
@@ -43,8 +49,14 @@ class Gpu : public Host {
         VkDeviceMemory memory = VK_NULL_HANDLE;
     };
     // Submits what `record` records when its turn comes, and waits for it.
-    void Run(const std::function<void(VkCommandBuffer)>& record);
+    void Run(const Record& record);
+    void MakeHeap();
 
     std::vector<Owned> m_owned;
+    std::vector<VkImageView> m_views;
+    VkDescriptorSetLayout m_heapLayout = VK_NULL_HANDLE;
+    VkPipelineLayout m_layout = VK_NULL_HANDLE;
+    VkDescriptorPool m_heapPool = VK_NULL_HANDLE;
+    VkDescriptorSet m_heap = VK_NULL_HANDLE;
     VkCommandPool m_pool = VK_NULL_HANDLE;
 };

@@ -257,6 +257,32 @@ void WipeOverOwnPicture(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     }
 }
 
+// The host has one command buffer a frame: its own commands are before and after ours, and it draws a square
+// over our picture. The picture does not change any more.
+void RecordIntoOneBuffer(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    constexpr uint32_t kSide = 8;
+    const Picture ours = Show(gpu, renderer, cornell);
+    for (int frame = 0; frame < 4; ++frame) {
+        renderer.BeginFrame();
+        cornell.target.Show(renderer, cornell.viewport.Declare());
+        uint64_t recorded = 0;
+        const Picture drawnOver = gpu.Read(cornell.image, kVkExtent, [&](VkCommandBuffer commands) {
+            gpu.BindHeap(commands);
+            recorded = renderer.Record(commands);
+            gpu.BindHeap(commands);
+            gpu.DrawSquare(commands, cornell.image, kSide, {0.0f, 0.0f, 1.0f, 1.0f});
+        });
+        Require(!renderer.Device().HasCompleted(recorded), "a buffer of the host completes by itself");
+        renderer.Device().Complete(recorded);  // Read has waited for it
+        for (uint32_t y = 0; y < kExtent.height; ++y)
+            for (uint32_t x = 0; x < kExtent.width; ++x) {
+                const size_t texel = x + size_t{y} * kExtent.width;
+                const Texel expected = x < kSide && y < kSide ? Texel{0, 0, 255, 255} : ours[texel];
+                Require(drawnOver[texel] == expected, "the recorded picture is another one");
+            }
+    }
+}
+
 // Shows both scenes in one frame of one Renderer.
 void ShowTwoScenes(Gpu& gpu, Renderer& renderer, Panel& first, Panel& second) {
     const Picture before = Show(gpu, renderer, first);
@@ -288,6 +314,7 @@ int main(int argc, char** argv) {
         MoveObject(gpu, renderer, cornell);
         ShowOwnVertices(gpu, renderer, cornell);
         WipeOverOwnPicture(gpu, renderer, cornell);
+        RecordIntoOneBuffer(gpu, renderer, cornell);
         ShowTwoScenes(gpu, renderer, cornell, closedBox);
         return 0;
     } catch (const std::exception& error) {
