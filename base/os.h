@@ -158,10 +158,13 @@ bool MatchesPattern(const std::string& text, const std::string& pattern);
 bool FindProgram(const std::string& name);
 // Returns the file of the program that runs in this process; "" if the system does not tell.
 std::filesystem::path ProgramFile();
+// Returns a word of a command line for a POSIX shell, in quotes where it would take it apart or change it.
+RAYGRAPH_API std::string ForShell(const std::string& word);
 // Says where a child's stderr goes: where that of this process goes, or to what is read from the child.
 enum class ErrorStream : bool { Inherited, WithOutput };
 // ChildProcess runs a program of PATH, or of a path, with its arguments, without a shell. Its destructor asks
-// the program to end, and waits for that.
+// it to end, and waits for that. The end of the thread that has made it asks it, too (SIGTERM), also where
+// this process is killed.
 class ChildProcess {
   public:
     explicit ChildProcess(const std::vector<std::string>& command,

@@ -6,10 +6,10 @@
 #include <fnmatch.h>
 #include <linux/capability.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -549,22 +549,69 @@ std::filesystem::path ProgramFile() {
     return error ? std::filesystem::path() : file;
 }
 
+std::string ForShell(const std::string& word) {
+    constexpr std::string_view kPlain = "-_./,:=+%@";
+    const auto isPlain = [&](char c) {
+        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+               kPlain.find(c) != std::string_view::npos;
+    };
+    if (!word.empty() && std::ranges::all_of(word, isPlain)) return word;
+    const bool isInert = word.find_first_of("\"\\$`!") == std::string::npos;
+    if (isInert) return '"' + word + '"';
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+namespace {
+
+// Becomes the program; for a child that has the memory of its parent until then. Does not return.
+[[noreturn]] void Execute(char* const* arguments, int output, ErrorStream errors, pid_t parent,
+                          const sigset_t& signals, volatile bool& isStarted) {
+    // A handler of the parent would run in its memory
+    for (int signal = 1; signal < NSIG; ++signal) {
+        struct sigaction action {};
+        if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+        action = {};
+        action.sa_handler = SIG_DFL;
+        sigaction(signal, &action, nullptr);
+    }
+    // A parent that is killed cannot end it; one that was killed before this call is not its parent any more
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    const bool isReady = getppid() == parent && dup2(output, STDOUT_FILENO) >= 0 &&
+                         (errors == ErrorStream::Inherited || dup2(output, STDERR_FILENO) >= 0) &&
+                         sigprocmask(SIG_SETMASK, &signals, nullptr) == 0;
+    if (isReady) execvp(arguments[0], arguments);
+    isStarted = false;
+    _exit(127);
+}
+
+}  // namespace
+
 ChildProcess::ChildProcess(const std::vector<std::string>& command, ErrorStream errors) {
     int ends[2];
     if (pipe2(ends, O_CLOEXEC) != 0) return;
     std::vector<char*> arguments;
     for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
     arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    if (errors == ErrorStream::WithOutput) posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-    m_isStarted = posix_spawnp(&m_process, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
-    if (!m_isStarted) m_process = 0;
-    posix_spawn_file_actions_destroy(&actions);
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const pid_t parent = getpid();
+    volatile bool isStarted = true;
+    // This thread waits until the child is the program: the pages of a large scene need not be copied
+    const pid_t process = vfork();
+    if (process == 0) Execute(arguments.data(), ends[1], errors, parent, before, isStarted);
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     close(ends[1]);
     m_pipe = ends[0];
     fcntl(m_pipe, F_SETFL, O_NONBLOCK);
+    if (process < 0) return;
+    m_process = process;
+    m_isStarted = isStarted;
+    if (m_isStarted) return;
+    Reap();
+    m_status.reset();
 }
 
 ChildProcess::~ChildProcess() {

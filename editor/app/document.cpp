@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "base/files.h"
 #include "base/overloaded.h"
 #include "base/text.h"
 #include "renderer/scene/animation/deform.h"
@@ -176,9 +177,14 @@ void Document::Apply(std::span<const Edit> edits, GpuScene& gpu) {
     m_isOpen = true;
 }
 
-void Document::WriteFile(const std::filesystem::path& to) const {
+void Document::WriteFile(const std::filesystem::path& to, bool isSelfContained) const {
     const std::vector<scene::ReplacedImage> images = ReplacedImages();
-    scene::SaveGltf(m_file, Rest(), to, {.root = m_root}, {m_json, m_copiedFrom, images});
+    scene::SaveGltf(m_file, Rest(), to, {.root = m_root},
+                    {.json = m_json,
+                     .copiedFrom = m_copiedFrom,
+                     .images = images,
+                     .file = m_content,
+                     .isSelfContained = isSelfContained});
 }
 
 void Document::Save(const std::filesystem::path& to) {
@@ -186,6 +192,9 @@ void Document::Save(const std::filesystem::path& to) {
     if (m_stamp && StampOf(m_file) != m_stamp)
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved", m_file);
     if (m_json.empty()) m_json = scene::ReadGltfJson(m_file);
+    // Undo needs what a .glb loses, which has fewer bytes than its pictures on the device
+    if (m_content.empty() && !ReplacedImages().empty())
+        m_content = ReadFile(m_file, scene::LoadLimits().maxFileBytes);
     WriteFile(to);
     if (IsEdited()) m_hashes.clear();
     m_isOpen = false;

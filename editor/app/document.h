@@ -187,9 +187,9 @@ class Document {
     // Writes the file with its edits to a new one beside it, NAME-recovered.gltf or .glb, and returns the
     // path of that. The document stays as it is. Throws what SaveGltf throws.
     std::filesystem::path SaveRecoveryCopy() const;
-    // Writes the file with its edits to `to`, which is not the file itself. The document stays as it is.
-    // Throws what SaveGltf throws.
-    void SaveCopy(const std::filesystem::path& to) const { WriteFile(to); }
+    // Writes the file with its edits to `to`, which is not the file itself, and needs nothing outside of its
+    // folder. The document stays as it is. Throws what SaveGltf throws.
+    void SaveCopy(const std::filesystem::path& to) const { WriteFile(to, true); }
     // Identifies the content of the file, if the open scene equals it. The hash is unknown after edits were
     // saved. RecordContent stores the hash, unless the file has changed since.
     FileContent Content() const;
@@ -253,7 +253,7 @@ class Document {
     // present.
     template <typename Nodes>
     std::vector<uint32_t> AddNodes(Nodes&& add, GpuScene& gpu);
-    void WriteFile(const std::filesystem::path& to) const;
+    void WriteFile(const std::filesystem::path& to, bool isSelfContained = false) const;
     // Sends the changes to the device, or the whole scene if an earlier error has interrupted this.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);
     // Returns the node and its descendants, parents first.
@@ -278,6 +278,7 @@ class Document {
     std::vector<uint32_t> m_restored;
     // scene::SaveOrigin says what these are. The text is kept once a file has been written.
     std::string m_json;
+    std::vector<std::byte> m_content;  // SaveOrigin::file, once a replaced image has been written
     std::vector<uint32_t> m_copiedFrom;
     std::vector<Placed> m_placed;        // indexed by node
     std::vector<bool> m_isJoint;         // indexed by the nodes of the file

@@ -64,7 +64,7 @@ void Document::ReplaceImage(uint32_t texture, const std::filesystem::path& file,
     const uint32_t index = m_scene.textures.at(texture).image;
     auto bytes = std::make_shared<std::vector<std::byte>>(ReadFile(file, kMaxImageBytes));
     image::Image8 decoded = image::DecodeImage8(*bytes, file.string());
-    scene::ImageData data{.name = file.filename().string(),
+    scene::ImageData data{.name = file.stem().string(),
                           .width = decoded.width,
                           .height = decoded.height,
                           .rgba = std::move(decoded.rgba),

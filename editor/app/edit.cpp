@@ -1,12 +1,16 @@
 #include "editor/app/edit.h"
 
+#include <tuple>
+
 #include "base/error.h"
+#include "base/os.h"
 #include "base/text.h"
 #include "editor/app/actions.h"
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/app/window.h"
 #include "editor/session/settings/scene_input.h"
+#include "renderer/scene/gltf/save_gltf.h"
 #include "rhi/swapchain.h"
 
 namespace raygraph::editor {
@@ -53,15 +57,18 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     script.Play(editor, screen);
 }
 
-// Opens the window; without a display, the error tells how to make a picture.
+// Opens the window. Without a display, the error tells how to make a picture, or that the file is no scene.
 Window OpenWindow(const std::filesystem::path& config, const std::filesystem::path& scene) {
     std::string ignored;  // not used: the editor reports it
     try {
         return Window("Raygraph", config.empty() ? Settings().window : ReadSettings(config, ignored).window);
     } catch (const Error& error) {
-        const std::filesystem::path file = scene.empty() ? "FILE" : scene;
-        throw MakeError(error.Kind(), "{}; without one: raygraph render {} -o {}", error.what(),
-                        file.string(), file.stem().concat(".png").string());
+        const bool isMap = Workspace::IsEnvironment(scene), isScene = !scene.empty() && !isMap;
+        if (isScene) std::ignore = scene::ReadGltfJson(scene);
+        const std::string file = isScene ? os::ForShell(scene.string()) : "FILE";
+        const std::string picture = isScene ? os::ForShell(scene.filename().string() + ".png") : "FILE.png";
+        throw MakeError(error.Kind(), "{}; without one: raygraph render {}{} -o {}", error.what(), file,
+                        isMap ? " --env " + os::ForShell(scene.string()) : "", picture);
     }
 }
 

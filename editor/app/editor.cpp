@@ -233,7 +233,7 @@ void Editor::MenuEntries(Menu menu) {
         if (row.menu != menu) continue;
         if (row.beginsGroup) ImGui::Separator();
         const std::optional<KeyPress>& key = m_work.keys.Of(row.action)[0];
-        if (ImGui::MenuItem(row.label, key ? KeyText(*key).c_str() : "", IsOn(row.action),
+        if (ImGui::MenuItem(row.label, key ? MenuKey(KeyText(*key)).c_str() : "", IsOn(row.action),
                             WhyNot(row.action).empty()))
             Perform(row.action);
         if (row.action == Action::Open && ImGui::BeginMenu("Recent", !m_work.recent.empty())) {

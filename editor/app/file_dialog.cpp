@@ -130,6 +130,7 @@ void FileDialog::Enter(const fs::path& folder) {
     const fs::path whole = fs::weakly_canonical(folder, error);
     m_folder = error ? folder : whole;
     m_entries = ListFolder(m_folder, m_showsAll ? std::vector<std::string_view>() : m_question.extensions);
+    m_focusesName = true;
 }
 
 void FileDialog::Answer(const fs::path& path) {
@@ -138,6 +139,7 @@ void FileDialog::Answer(const fs::path& path) {
     m_why = use(path);
     if (m_why.empty()) return;
     if (!m_use) m_use = use;
+    m_focusesName = true;  // Enter has taken the focus from the field
 }
 
 void FileDialog::Draw(std::span<const fs::path> recent) {
@@ -205,11 +207,13 @@ void FileDialog::DrawList(std::span<const fs::path> recent) {
         ImGui::EndTable();
     }
     ImGui::SetNextItemWidth(kListSize.x);
-    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+    if (std::exchange(m_focusesName, false)) ImGui::SetKeyboardFocusHere();
     std::string folder = m_folder.string();
-    const bool isEntered = ImGui::InputText(
-        "##path", m_path, sizeof m_path,
-        ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_CallbackCompletion, Complete, &folder);
+    const bool isEntered =
+        ImGui::InputText("##path", m_path, sizeof m_path,
+                         ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll |
+                             ImGuiInputTextFlags_CallbackCompletion,
+                         Complete, &folder);
     const fs::path typed = m_folder / ExpandHome(m_path);
     std::error_code error;
     const bool isFolder = fs::is_directory(typed, error);

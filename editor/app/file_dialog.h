@@ -66,7 +66,8 @@ class FileDialog {
     Use m_use;                   // empty: the dialog is closed
     bool m_isRequested = false;  // the popup is to be opened by the next Draw
     bool m_allowsDesktop = false;
-    bool m_showsAll = false;  // files of all kinds are listed
+    bool m_showsAll = false;     // files of all kinds are listed
+    bool m_focusesName = false;  // the next Draw gives the field of the name the keyboard
     std::filesystem::path m_folder;
     std::vector<FolderEntry> m_entries;  // of m_folder
     std::string m_why;                   // why the last answer was not accepted; "": it was not given

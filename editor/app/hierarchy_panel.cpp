@@ -43,7 +43,7 @@ void NodeMenu(Workspace& work, uint32_t node) {
     if (!ImGui::BeginPopupContextItem()) return;
     if (!work.IsSelected(node)) work.Select(node);
     const auto item = [&](Action action) {
-        return ImGui::MenuItem(Row(action).label, work.keys.TextOf(action).c_str());
+        return ImGui::MenuItem(Row(action).label, MenuKey(work.keys.TextOf(action)).c_str());
     };
     if (item(Action::Frame)) work.FrameSelection();
     if (item(Action::Hide)) work.ToggleVisibility();

@@ -3,7 +3,9 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <glm/gtc/type_ptr.hpp>
 #include <optional>
@@ -43,6 +45,29 @@ void VisibilityField(Workspace& work, uint32_t node) {
     }
 }
 
+// Draws three numbers with as many decimals as there is room for, three at most.
+bool ThreeNumbers(const char* label, glm::vec3& value, float speed) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    constexpr float kPadding = 3.0f;
+    const float width = (ImGui::CalcItemWidth() - 2.0f * style.ItemInnerSpacing.x) / 3.0f - 2.0f * kPadding;
+    const auto fits = [&](const char* format) {
+        for (int i = 0; i < 3; ++i) {
+            std::array<char, 64> text;
+            std::snprintf(text.data(), text.size(), format, static_cast<double>(value[i]));
+            if (ImGui::CalcTextSize(text.data()).x > width) return false;
+        }
+        return true;
+    };
+    constexpr std::array kFormats{"%.3f", "%.2f", "%.1f", "%.0f"};
+    const auto format = std::ranges::find_if(kFormats.begin(), kFormats.end() - 1, fits);
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, {kPadding, style.FramePadding.y});
+    const bool isEdited =
+        ImGui::DragFloat3(label, glm::value_ptr(value), speed, 0.0f, 0.0f, *format,
+                          format == kFormats.begin() ? 0 : ImGuiSliderFlags_NoRoundToFormat);
+    ImGui::PopStyleVar();
+    return isEdited;
+}
+
 void TransformFields(Workspace& work, uint32_t node) {
     const glm::mat4x3 local = work.document.LocalTransform(node);
     const Placement before = PlacementOf(local);
@@ -50,7 +75,7 @@ void TransformFields(Workspace& work, uint32_t node) {
     const float step = std::max(0.002f * work.document.Scene().bounds.Radius(), 1e-4f);
     bool isEdited = false, isSettled = false;
     const auto field = [&](const char* name, glm::vec3& value, float speed) {
-        isEdited |= ImGui::DragFloat3(name, glm::value_ptr(value), speed, 0.0f, 0.0f, "%.3f");
+        isEdited |= ThreeNumbers(name, value, speed);
         isSettled |= ImGui::IsItemDeactivatedAfterEdit();
     };
     field("position", placed.translation, step);
@@ -208,7 +233,8 @@ bool TextureFields(Workspace& work, const char* fieldName, scene::TextureRef& te
     const auto index = static_cast<uint32_t>(texture.texture);
     const ImageFacts image = work.document.ImageOf(index);
     const bool isSrgb = work.document.Scene().textures[index].colorSpace == scene::ColorSpace::Srgb;
-    const std::string place = image.file.empty() ? Text("{} (embedded)", image.name) : image.file;
+    const std::string embedded = image.name.empty() ? "embedded" : Text("{} (embedded)", image.name);
+    const std::string place = image.file.empty() ? embedded : image.file;
     ImGui::PushID(fieldName);
     ImGui::BeginGroup();
     Thumbnail(work, index);
@@ -311,9 +337,14 @@ bool ColorFields(const char* label, glm::vec3& linear) {
     const float width = ImGui::CalcItemWidth();
     bool isEdited = ColorSwatch(label, linear);
     ImGui::SameLine();
-    ImGui::SetNextItemWidth(width - ImGui::GetFrameHeight() - ImGui::GetStyle().ItemSpacing.x);
-    isEdited |= ImGui::DragFloat3(label, glm::value_ptr(linear), 0.005f, 0.0f, 0.0f, "%.3f");
+    ImGui::PushItemWidth(width - ImGui::GetFrameHeight() - ImGui::GetStyle().ItemSpacing.x);
+    isEdited |= ThreeNumbers(label, linear, 0.005f);
+    ImGui::PopItemWidth();
     return isEdited;
+}
+
+float WidthBesideLabels() {
+    return -std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x);
 }
 
 void InspectorPanel(Workspace& work) {
@@ -327,7 +358,7 @@ void InspectorPanel(Workspace& work) {
     if (work.selectedNodes.size() > 1)
         ImGui::TextDisabled("the last of %zu selected nodes", work.selectedNodes.size());
     VisibilityField(work, node);
-    ImGui::PushItemWidth(-std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x));
+    ImGui::PushItemWidth(WidthBesideLabels());
     if (work.document.IsPlacedBySkin(node))
         ImGui::TextDisabled("moves with its joints");
     else

@@ -18,6 +18,14 @@ void Choose(const char* label, Choice& value) {
         value = static_cast<Choice>(index);
 }
 
+// Returns the item width (ImGui::PushItemWidth) that leaves a panel room for its labels.
+float WidthBesideLabels();
+
+// Returns the keys as a menu shows them: its columns have hardly a gap.
+inline std::string MenuKey(const std::string& keys) {
+    return "   " + keys;
+}
+
 void HierarchyPanel(Workspace& work);
 // Moves the selection from row to row, opens and closes rows, or ends the search. Returns false if the key is
 // none of the hierarchy's, or if its panel has not been clicked last.

@@ -149,6 +149,8 @@ RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vect
         if (const std::optional<uint32_t> camera = work.FollowedCamera())
             settings.camera = CameraChoice(work, *camera);
     }
+    // A copy needs no files outside of its folder
+    if (!task.copy && !work.root.empty()) AddOption(words, "root", FullPath(work.root));
     std::ranges::move(RenderWords(work, settings), std::back_inserter(words));
     switch (request.stop) {
         case RenderStop::Clean:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "base/os.h"
 #include "base/text.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/picture_settings.h"
@@ -34,21 +35,6 @@ session::PictureSettings WithoutUnused(session::PictureSettings settings) {
         settings.light = defaults.light;
     }
     return settings;
-}
-
-// Quotes a word where a shell would take it apart or change it.
-std::string ShellWord(const std::string& word) {
-    constexpr std::string_view kPlain = "-_./,:=+%@";
-    const auto isPlain = [&](char c) {
-        return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-               kPlain.find(c) != std::string_view::npos;
-    };
-    if (!word.empty() && std::ranges::all_of(word, isPlain)) return word;
-    const bool isInert = word.find_first_of("\"\\$`!") == std::string::npos;
-    if (isInert) return '"' + word + '"';
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
 }
 
 // Returns the cameras in the order of the file.
@@ -135,7 +121,6 @@ std::vector<std::string> RenderWords(const Workspace& work, const session::Pictu
     const bool showsLight = passes::ShowsLight(settings.view);
     if (!work.EnvironmentFile().empty() && (showsLight || passes::CountsPaths(settings.view)))
         add("env", FullPath(work.EnvironmentFile()));
-    if (!work.root.empty()) add("root", FullPath(work.root));
     if (!showsLight) return words;
     const passes::TonemapSettings& tonemap = work.view.Show().tonemap;
     const passes::TonemapSettings plain;
@@ -149,7 +134,7 @@ std::vector<std::string> RenderWords(const Workspace& work, const session::Pictu
 
 std::string ShellLine(std::span<const std::string> words) {
     std::string line;
-    for (const std::string& word : words) line.append(line.empty() ? "" : " ").append(ShellWord(word));
+    for (const std::string& word : words) line.append(line.empty() ? "" : " ").append(os::ForShell(word));
     return line;
 }
 
@@ -159,6 +144,7 @@ std::string CameraOption(const Workspace& work) {
 
 std::string RenderCommand(const Workspace& work) {
     std::vector<std::string> words{"raygraph", "render", FullPath(work.document.File())};
+    if (!work.root.empty()) AddOption(words, "root", FullPath(work.root));
     for (std::string& word : RenderWords(work, ShownSettings(work))) words.push_back(std::move(word));
     return ShellLine(words);
 }

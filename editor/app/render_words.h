@@ -22,7 +22,7 @@ session::PictureSettings ShownSettings(const Workspace& work, passes::View view)
 session::PictureSettings ShownSettings(const Workspace& work);
 
 // Returns the options of a render with these settings of the open scene: each setting that is not the
-// command's default, the environment map, the root folder, and how a .png shows the picture.
+// command's default, the environment map, and how a .png shows the picture.
 std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings);
 
 // Adds an option with its value.

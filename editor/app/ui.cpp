@@ -263,7 +263,9 @@ void ApplyStyle(ImGuiStyle& style) {
     colors[ImGuiCol_Button] = Gray(0.22f);
     colors[ImGuiCol_ButtonHovered] = Gray(0.28f);
     colors[ImGuiCol_ButtonActive] = faint;
-    colors[ImGuiCol_CheckMark] = colors[ImGuiCol_SliderGrab] = colors[ImGuiCol_SliderGrabActive] = accent;
+    colors[ImGuiCol_CheckMark] = accent;
+    // The number of a slider is drawn over its grab
+    colors[ImGuiCol_SliderGrab] = colors[ImGuiCol_SliderGrabActive] = {accent.x, accent.y, accent.z, 0.55f};
     colors[ImGuiCol_PlotLines] = colors[ImGuiCol_PlotHistogram] = accent;
     colors[ImGuiCol_Tab] = Gray(0.14f);
     colors[ImGuiCol_TabHovered] = Gray(0.27f);

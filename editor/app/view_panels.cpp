@@ -56,14 +56,11 @@ void EnvironmentFields(Workspace& work) {
 }  // namespace
 
 void SettingsPanel(Workspace& work) {
-    ImGui::PushItemWidth(-std::min(90.0f, 0.45f * ImGui::GetContentRegionAvail().x));
+    ImGui::PushItemWidth(WidthBesideLabels());
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
     if (show.view == viewport::View::PathTraced) {
-        const float end = ImGui::GetCursorPosX() + ImGui::CalcItemWidth();
         ImGui::Checkbox("denoise", &show.isDenoised);
-        ImGui::SameLine();
-        ImGui::SetNextItemWidth(std::max(end - ImGui::GetCursorPosX(), 1.0f));
         viewport::BudgetSettings budget = work.view.Budget();
         Choose("moving", budget.whileMoving);
         if (ImGui::IsItemHovered())

@@ -1,6 +1,5 @@
 #include "editor/cli/console.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
@@ -11,18 +10,6 @@ namespace raygraph::cli {
 
 void PrintLine(std::string_view text) {
     std::printf("%.*s\n", static_cast<int>(text.size()), text.data());
-}
-
-std::string ForShell(const std::string& text) {
-    constexpr std::string_view kPlain = "+,-./:=@_%";
-    const bool isPlain = !text.empty() && std::ranges::all_of(text, [&](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-               kPlain.find(c) != kPlain.npos;
-    });
-    if (isPlain) return text;
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return quoted + "'";
 }
 
 void RequirePrinted() {

@@ -21,8 +21,6 @@ struct Console {
 
 // Prints the line to stdout.
 void PrintLine(std::string_view text);
-// Returns the text as one word of a command line of a shell, in quotes where it needs them.
-std::string ForShell(const std::string& text);
 
 // Throws Error{Io} unless everything printed has reached stdout. Each command ends with this.
 void RequirePrinted();

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "base/os.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/command_files.h"
@@ -71,7 +72,7 @@ std::string DescribeNoise(const RenderFile& render, const std::vector<NoisyPixel
                               : std::filesystem::exists(beside, error) ? beside.string()
                                                                        : "FOLDER/" + render.sceneFile;
     return text + Text("the paths of the first: raygraph explain {} --settings-from {} --pixel {},{}\n",
-                       ForShell(scene), ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y);
+                       os::ForShell(scene), os::ForShell(file), noisiest[0].pixel.x, noisiest[0].pixel.y);
 }
 
 std::string NoiseJson(const RenderFile& render, const std::vector<NoisyPixel>& noisiest) {

@@ -165,7 +165,7 @@ void RequireMapFor(const SettingTexts& given, const SceneInput& input, DefaultLi
 }
 
 ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup* group) {
-    // While the scene loads, ending at once loses nothing
+    // Until there is a sample, ending at once loses nothing
     os::SignalWatch signals([] { std::_Exit(static_cast<int>(ExitCode::TryAgain)); });
     // A shard without samples or frames is no failure: the others have them all
     if (const std::string why = NothingToRenderReason(arguments); !why.empty()) {

@@ -84,7 +84,8 @@ Rendering::Rendering(const RenderArguments& arguments, const RenderJob& job,
       m_signals(signals),
       m_console(console),
       m_group(group) {
-    m_signals.StartDeferring();
+    // Another process may have samples already
+    if (m_group != nullptr) m_signals.StartDeferring();
 }
 
 void Rendering::RenderPicture(const PlannedPicture& picture, const std::function<void()>& giveBack) {
@@ -92,6 +93,7 @@ void Rendering::RenderPicture(const PlannedPicture& picture, const std::function
     m_sinceSave = {};
     m_notSaved.clear();
     const RunSummary run = Run(picture, before);
+    m_signals.StartDeferring();  // also where no sample was wanted: files are written now
     if (m_group != nullptr) {
         // Nothing is written if any process had validation messages.
         if (!m_group->IsRoot()) m_console.log.RequireValid();
@@ -149,7 +151,13 @@ RunSummary Rendering::Run(const PlannedPicture& picture, uint32_t samplesBefore)
     StopRule rule{.samples = m_job.samplesWanted,
                   .seconds = m_arguments.seconds,
                   .relativeError = m_job.error,
-                  .isStopRequested = [&] { return m_signals.IsInterrupted() || m_signals.IsTerminated(); },
+                  .isStopRequested =
+                      [&] {
+                          // Until there is a sample, compiling shaders may take long, and ending at once
+                          // loses nothing
+                          if (m_session.SampleCount() > samplesBefore) m_signals.StartDeferring();
+                          return m_signals.IsInterrupted() || m_signals.IsTerminated();
+                      },
                   .isPauseRequested = [&] { return IsSaveDue(); }};
     // A render whose samples are complete, but whose files are not, may have more samples than asked for now.
     if (rule.samples) rule.samples = std::max(*rule.samples, samplesBefore);

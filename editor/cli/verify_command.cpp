@@ -38,7 +38,7 @@ constexpr const char* kAttributeReference = "raygraph.reference";
 // Returns the command that explains the reference, but for the pixel, from any folder.
 std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& settings, uint64_t samples) {
     const auto absolute = [](const std::filesystem::path& path) {
-        return ForShell(std::filesystem::absolute(path).lexically_normal().string());
+        return os::ForShell(std::filesystem::absolute(path).lexically_normal().string());
     };
     std::string command = "raygraph explain " + absolute(one.scene);
     if (!one.root.empty()) command += " --root " + absolute(one.root);
@@ -48,7 +48,7 @@ std::string ExplainCommandFor(const VerifyCase& one, const PictureSettings& sett
     for (const char* name : {"light-group", "crop", "view"}) texts.erase(name);
     texts["size"] = ToText(settings.size);
     if (settings.paths.seed == 0) texts["seed"] = std::to_string(kReferenceSeed);
-    for (const auto& [name, text] : texts) command += " --" + name + " " + ForShell(text);
+    for (const auto& [name, text] : texts) command += " --" + name + " " + os::ForShell(text);
     return command + Text(" --spp {}", samples);
 }
 

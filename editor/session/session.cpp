@@ -212,8 +212,11 @@ RunSummary Session::Impl::Run(const StopRule& rule,
     const Stopwatch watch;
     uint32_t doneAtFirst = 0;  // samples of this run at its first finished one
     const auto tick = [&] {
+        if (shared.IsRoot() && doneAtFirst == 0 && shared.SampleCount() > before) shared.WaitForSamples();
+        // It is asked before the progress is shown: who sees samples may rely on their being saved
+        const bool isStopped = (rule.isStopRequested && rule.isStopRequested()) ||
+                               (rule.isPauseRequested && rule.isPauseRequested());
         if (shared.IsRoot()) {
-            if (doneAtFirst == 0 && shared.SampleCount() > before) shared.WaitForSamples();
             const uint32_t done = shared.SamplesDone() - before;
             if (doneAtFirst == 0 && done > 0) {
                 doneAtFirst = done;
@@ -221,9 +224,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
             }
             if (progress) progress(StateAt(watch, before, rule, summary, doneAtFirst));
         }
-        if ((rule.isStopRequested && rule.isStopRequested()) ||
-            (rule.isPauseRequested && rule.isPauseRequested()))
-            return End::Stopped;
+        if (isStopped) return End::Stopped;
         return shared.IsRoot() && rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late
                                                                                    : End::Complete;
     };

@@ -15,6 +15,7 @@
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/text_files.h"
 
 namespace raygraph::program_json_test {
 namespace {
@@ -559,4 +560,27 @@ TEST(ProgramEdit, RefusesWhatItCannotBeginWith) {
 }
 
 }  // namespace
+// Without a display it says how to render what was named, and never onto that.
+TEST(ProgramEdit, WithoutADisplayNamesACommandForAScene) {
+    const test::TemporaryFolder folder;
+    const test::EnvironmentVariable x11("DISPLAY", ""), wayland("WAYLAND_DISPLAY", "");
+    test::Put(folder / "bad.png", "\x89PNG\r\n\x1a\n");
+    std::filesystem::copy_file(test::SceneFile("furnace_sphere.gltf"), folder / "a b.png");
+    struct Row {
+        const char* file;
+        int exitCode;
+        const char* message;
+    };
+    for (const Row& row :
+         {Row{"bad.png", 4, "raygraph: bad.png: not a glTF file, but "},
+          Row{"'a b.png'", 3, "; without one: raygraph render \"a b.png\" -o \"a b.png.png\"\n"},
+          Row{"sky.hdr", 3, "; without one: raygraph render FILE --env sky.hdr -o FILE.png\n"}}) {
+        const test::ProgramResult result = RunProgram(folder, Text("edit {}", row.file));
+        RAYGRAPH_SKIP_WITHOUT_EDITOR(result);
+        EXPECT_NE(result.messages.find(row.message), std::string::npos) << result.messages;
+        EXPECT_EQ(result.exitCode, row.exitCode) << row.file;
+        EXPECT_EQ(result.messages.find("without one") == std::string::npos, row.exitCode == 4) << row.file;
+    }
+}
+
 }  // namespace raygraph::program_edit_test

@@ -61,6 +61,16 @@ TEST_F(FileDialogTest, ARefusedAnswerKeepsTheDialogAndSaysWhy) {
     EXPECT_TRUE(work.panels.statistics) << "Escape closes it";
 }
 
+TEST_F(FileDialogTest, AfterARefusedAnswerOrAFolderTheNameIsTypedOn) {
+    const std::string cornell = test::SourceFile("scenes/cornell.gltf").string();
+    Play(
+        "size 640x400\nview raster\nkey ctrl+o\nframes 2\ntext /nowhere/at/all.gltf\nframes 1\nkey enter\n"
+        "frames 2\ntext " +
+        (folder / "more").string() + "\nframes 1\nkey enter\nframes 2\ntext " + cornell +
+        "\nframes 1\nkey enter\nframes 2\nwait\n");
+    EXPECT_EQ(editor.Work().document.File(), cornell);
+}
+
 TEST_F(FileDialogTest, SavesUnderTheTypedName) {
     Play(OpenCornell() + "view raster\nkey ctrl+e\nframes 2\nkey ctrl+a\ntext " +
          (folder / "p.png").string() + "\nframes 1\nkey enter\nframes 2\nwait\n");

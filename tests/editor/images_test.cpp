@@ -8,6 +8,7 @@
 
 #include "base/files.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/gltf/container.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "renderer/scene/gltf/save_gltf.h"
 #include "tests/editor/editor_test.h"
@@ -66,11 +67,15 @@ TEST_F(ImagesTest, AreExchangedAndSavedWhereTheyWereAndUndoGivesTheFileBack) {
     embedded.json["bufferViews"].push_back({{"buffer", 0}, {"byteLength", old.size()}});
     embedded.json["images"][0]["bufferView"] = embedded.json["bufferViews"].size() - 1;
     Write("scene/embedded.glb", test::MakeGlb(embedded.Text(), &old));
+    // What another view has as well cannot be dropped
+    test::GltfDocument shared = embedded;
+    shared.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 4}, {"byteLength", 8}});
+    Write("scene/shared.glb", test::MakeGlb(shared.Text(), &old));
     struct Row {
         const char *file, *place;
     };
     for (const Row& row : {Row{"data.gltf", "data:image/png;base64,"}, Row{"file.gltf", "new-2.png"},
-                           Row{"embedded.glb", "a view"}}) {
+                           Row{"embedded.glb", "a view"}, Row{"shared.glb", "a view"}}) {
         SCOPED_TRACE(row.file);
         const auto saved = [&](const char* name) {
             const std::filesystem::path to = folder.Path() / "scene" / (name + std::string(row.file));
@@ -85,11 +90,46 @@ TEST_F(ImagesTest, AreExchangedAndSavedWhereTheyWereAndUndoGivesTheFileBack) {
         EXPECT_EQ(image.width, 3u);
         EXPECT_EQ((std::array{image.rgba[0], image.rgba[1], image.rgba[2], image.rgba[3]}), kNew);
         EXPECT_EQ(Place(after), row.place);
-        EXPECT_EQ(ReadFile(saved("again-")), ReadFile(after));
+        const std::vector<std::byte> bytes = ReadFile(after);
+        const bool hasOld = !std::ranges::search(bytes, old).empty();
+        EXPECT_EQ(hasOld, row.file == std::string("shared.glb"));
+        EXPECT_EQ(image.name, row.file == std::string("file.gltf") ? "new-2.png" : "new");
+        EXPECT_EQ(ReadFile(saved("again-")), bytes);
         Play("size 320x200\nkey ctrl+z\nexpect edits 0\n");
         EXPECT_EQ(ReadFile(saved("undone-")), ReadFile(before));
     }
     EXPECT_EQ(ReadFile(folder.Path() / "scene/new.png"), old);
+}
+
+// The image comes first in the chunk, so that all else moves.
+TEST_F(ImagesTest, OfAGlbLeaveItsOtherViewsAsTheyWere) {
+    const test::Bytes old = test::MakePng(9, 7, kOld);
+    Write("elsewhere/new.png", test::MakePng(3, 2, kNew));
+    test::GltfDocument document = Textured({{"mimeType", "image/png"}, {"bufferView", 0}});
+    test::Bytes binary = old;
+    test::Json& views = document.json["bufferViews"];
+    for (size_t i = 0; i < views.size(); ++i) {
+        const std::string uri = document.json["buffers"][i]["uri"];
+        const test::Bytes bytes = scene::DecodeDataUri(uri, 1000);
+        binary.resize((binary.size() + 3) / 4 * 4);
+        views[i]["buffer"] = 0;
+        views[i]["byteOffset"] = binary.size();
+        binary.insert(binary.end(), bytes.begin(), bytes.end());
+    }
+    document.json["images"][0]["bufferView"] = views.size();
+    views.push_back({{"buffer", 0}, {"byteLength", old.size()}});
+    document.json["buffers"] = test::Json::array({{{"byteLength", binary.size()}}});
+    Write("scene.glb", test::MakeGlb(document.Text(), &binary));
+    const scene::SceneData before = scene::LoadGltf(folder / "scene.glb");
+    Play("size 320x200\nview raster\nopen " + (folder / "scene.glb").string() + "\nwait\n");
+    Exchange();
+    Play("size 320x200\nkey ctrl+s\nframes 2\nexpect edits 1\n");
+    const scene::SceneData after = scene::LoadGltf(folder / "scene.glb");
+    EXPECT_EQ(after.images.at(0).width, 3u);
+    EXPECT_EQ(after.meshes.at(0).primitives.at(0).positions, before.meshes.at(0).primitives.at(0).positions);
+    // The file has lost the old image, the history has not
+    Play("size 320x200\nkey ctrl+z\nkey ctrl+s\nframes 2\n");
+    EXPECT_EQ(ReadFile(folder / "scene.glb"), test::MakeGlb(document.Text(), &binary));
 }
 
 TEST_F(ImagesTest, AreOfTheSceneForWhichTheDialogAsked) {

@@ -13,6 +13,7 @@
 #include "editor/app/render_words.h"
 #include "renderer/scene/gltf/load_gltf.h"
 #include "tests/editor/editor_test.h"
+#include "tests/scene/gltf_document.h"
 #include "tests/support/own_cache.h"
 #include "tests/support/text_files.h"
 
@@ -243,6 +244,42 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
     request.outputs = {folder / "a.png"};
     request.crop = passes::Region{60, 0, 5, 1};
     EXPECT_NE(WhyNotRendered(editor.Work(), request).find("crop"), std::string::npos);
+}
+
+// The files are in another folder below the root, and one has a name that a copy may not have.
+TEST_F(RenderTaskTest, ACopyHasTheFilesThatTheSceneHasElsewhere) {
+    test::GltfDocument document;
+    test::Json& triangle = document.AddTriangle();
+    document.json["images"] = {{{"uri", "../textures/a.png"}}, {{"uri", ".b.png"}}};
+    document.json["textures"] = {{{"source", 0}}, {{"source", 1}}};
+    triangle["material"] =
+        document.AddMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}},
+                              {"emissiveTexture", {{"index", 1}}}});
+    const std::string text = document.Text();
+    for (const char* name : {"project/scenes", "project/textures"})
+        std::filesystem::create_directories(folder / name);
+    const std::filesystem::path scene = folder / "project/scenes/scene.gltf";
+    test::Put(scene, text);
+    for (const char* name : {"project/textures/a.png", "project/scenes/.b.png"}) {
+        const test::Bytes png = test::MakePng(3, 2, {1, 2, 3, 255});
+        test::Put(folder / name, {reinterpret_cast<const char*>(png.data()), png.size()});
+    }
+    editor.Work().root = folder / "project";
+    Play("size 320x200\nview raster\nopen " + scene.string() + "\nwait\n");
+    scene::Material material = editor.Work().document.Scene().materials[0];
+    material.baseColorFactor.y = 0.0f;
+    editor.Work().Apply(MaterialEdit{0, material});
+    const RenderTask task = Task({.size = {8, 8}, .outputs = {folder / "a.png"}});
+    ASSERT_TRUE(task.copy);
+    EXPECT_EQ(std::ranges::count(task.command, "--root"), 0);
+    const scene::SceneData copied = scene::LoadGltf(task.copy->File());
+    EXPECT_EQ(copied.images.size(), 2u);
+    EXPECT_EQ(copied.images[0].width, 3u);
+    EXPECT_EQ(copied.materials[0].baseColorFactor.y, 0.0f);
+    EXPECT_EQ(test::TextOf(scene), text);
+    Play("size 320x200\nkey ctrl+z\n");
+    EXPECT_TRUE(
+        Has(Task({.size = {8, 8}, .outputs = {folder / "a.png"}}), "--root", (folder / "project").string()));
 }
 
 TEST_F(RenderTaskTest, TheDialogFollowsTheSceneAndChoosesOneFormatOfAFile) {

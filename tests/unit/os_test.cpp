@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <pty.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -405,6 +408,49 @@ TEST(OsSignalsDeathTest, TerminationEndsTheProcessWhileThereIsNothingToSave) {
         };
         EXPECT_EXIT(terminate(), ::testing::ExitedWithCode(75), "");
     }
+}
+
+TEST(OsChildProcess, IsAskedToEndWhenItsParentIsKilled) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t parent = fork();
+    ASSERT_GE(parent, 0);
+    if (parent == 0) {
+        dup2(ends[1], STDERR_FILENO);
+        const ChildProcess child(
+            {"sh", "-c",
+             "trap 'echo asked >&2; exit' TERM; echo ready >&2; for i in $(seq 1000); do "
+             "sleep 0.01; done"});
+        pause();
+    }
+    close(ends[1]);
+    std::string text(16, '\0');
+    const auto next = [&] {
+        return text.substr(0, size_t(std::max<ssize_t>(read(ends[0], text.data(), 16), 0)));
+    };
+    EXPECT_EQ(next(), "ready\n");
+    kill(parent, SIGKILL);
+    waitpid(parent, nullptr, 0);
+    pollfd waited{ends[0], POLLIN, 0};
+    EXPECT_EQ(poll(&waited, 1, 10'000), 1);
+    EXPECT_EQ(next(), "asked\n");
+    close(ends[0]);
+}
+
+TEST(OsProcess, AWordForAShellIsQuotedWhereItHasTo) {
+    EXPECT_EQ(ForShell("a/b-1.png"), "a/b-1.png");
+    EXPECT_EQ(ForShell("two words"), "\"two words\"");
+    EXPECT_EQ(ForShell("it's $1"), "'it'\\''s $1'");
+    EXPECT_EQ(ForShell(""), "\"\"");
+}
+
+// A parent's handlers and ignored signals are not the child's, nor are signals blocked in it.
+TEST(OsChildProcess, HasTheSignalsOfAProgramThatIsStarted) {
+    const auto before = std::signal(SIGUSR1, [](int) {});
+    ChildProcess child({"sed", "-n", "/SigBlk/p;/SigCgt/p", "/proc/self/status"});
+    std::signal(SIGUSR1, before);
+    while (child.IsRunning()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_EQ(child.Output(), "SigBlk:\t0000000000000000\nSigCgt:\t0000000000000000\n");
 }
 
 TEST(OsChildProcess, GivesItsOutputOrNoneOfAFailureAndEndsWithTheObject) {

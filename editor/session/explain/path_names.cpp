@@ -14,6 +14,10 @@ std::string NameOf(const std::vector<std::string>& names, uint32_t index, const 
 
 }  // namespace
 
+std::string NameOfUnnamed(const scene::Light& light, size_t index) {
+    return Text("{} light {}", Name(light.type), index);
+}
+
 PathNames::PathNames(const scene::SceneData& scene) {
     for (const scene::Instance& instance : scene.instances) {
         const std::string node = instance.node < scene.nodes.size() ? scene.nodes[instance.node].name : "";
@@ -22,8 +26,7 @@ PathNames::PathNames(const scene::SceneData& scene) {
     for (const scene::Material& material : scene.materials) m_materials.push_back(material.name);
     for (size_t i = 0; i < scene.lights.size(); ++i) {
         const scene::Light& light = scene.lights[i];
-        const std::string name =
-            light.name.empty() ? Text("{} light {}", Name(light.type), i) : "lamp " + Quoted(light.name);
+        const std::string name = light.name.empty() ? NameOfUnnamed(light, i) : "lamp " + Quoted(light.name);
         (light.type == scene::LightType::Directional ? m_directional : m_bounded).push_back(name);
     }
 }

@@ -13,6 +13,9 @@
 
 namespace raygraph::session {
 
+// Returns what a light without a name is called: "point light 3".
+RAYGRAPH_API std::string NameOfUnnamed(const scene::Light& light, size_t index);
+
 class RAYGRAPH_API PathNames {
   public:
     PathNames() = default;

@@ -11,6 +11,7 @@
 
 #include "base/os.h"
 #include "base/text.h"
+#include "editor/session/explain/path_names.h"
 #include "editor/session/file/content_hasher.h"
 #include "editor/session/session.h"
 #include "editor/session/settings/light_settings.h"
@@ -93,7 +94,7 @@ static void NameLights(scene::SceneData& scene) {
     for (size_t i = 0; i < scene.lights.size(); ++i) {
         scene::Light& light = scene.lights[i];
         if (light.name.empty() && (light.node == scene::kNone || scene.nodes[light.node].name.empty()))
-            light.name = Text("{} light {}", Name(light.type), i);
+            light.name = NameOfUnnamed(light, i);
     }
     for (size_t i = 0; i < scene.materials.size(); ++i)
         if (scene.materials[i].name.empty() && scene.materials[i].EmittedRadiance() != glm::vec3(0.0f))

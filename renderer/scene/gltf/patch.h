@@ -42,21 +42,20 @@ void PatchHierarchy(nlohmann::ordered_json& root, const GltfOutline& loaded, con
 
 // --- Images that were replaced (save_gltf.h) ---
 
-struct ImagePatch {
-    // To be written below the target's folder: their paths from there.
-    std::vector<std::pair<std::filesystem::path, std::span<const std::byte>>> files;
-    std::vector<std::byte> binary;  // to be appended to the BIN chunk
-};
-// `folder` is the target's; `binarySize` is that of its BIN chunk without replaced images, none if it has no
-// such chunk.
-ImagePatch PatchImages(nlohmann::ordered_json& root, const GltfOutline& loaded,
-                       std::span<const ReplacedImage> images, const std::filesystem::path& folder,
-                       std::optional<size_t> binarySize);
+// Holds files that are to be written below the target's folder, by their paths from there.
+using NewFiles = std::vector<std::pair<std::filesystem::path, std::span<const std::byte>>>;
+// `folder` is the target's; `binary` is its BIN chunk, in which images are put, null if it has none.
+NewFiles PatchImages(nlohmann::ordered_json& root, const GltfOutline& loaded,
+                     std::span<const ReplacedImage> images, const std::filesystem::path& folder,
+                     std::vector<std::byte>* binary);
 
 // --- What the patches share ---
 
 // Escapes the characters of a relative path that a URI may not hold.
 std::string PercentEncode(const std::string& path);
+
+// Returns whether all extensions that the file uses are read, so that it is known what they name.
+bool AreExtensionsRead(const nlohmann::ordered_json& root);
 
 inline constexpr const char* kPunctualLights = "KHR_lights_punctual";
 // Adds the extension to extensionsUsed. That may move the members of `root`: references into it end.

@@ -77,8 +77,8 @@ bool HasBytes(const fs::path& file, std::span<const std::byte> bytes) {
 
 class FileNames {
   public:
-    FileNames(const fs::path& folder, ImagePatch& patch)
-        : m_folder(folder.empty() ? "." : folder), m_patch(patch) {}
+    FileNames(const fs::path& folder, NewFiles& files)
+        : m_folder(folder.empty() ? "." : folder), m_files(files) {}
 
     // Returns the path from the folder by which the scene names the file. One that is not below the folder
     // gets its name there, with a number if another file has that.
@@ -93,29 +93,99 @@ class FileNames {
         fs::path free = plain;
         for (int number = 2; !IsFree(free, replaced.bytes); ++number)
             free = Text("{}-{}{}", plain.stem().string(), number, plain.extension().string());
-        m_patch.files.emplace_back(free, replaced.bytes);
+        m_files.emplace_back(free, replaced.bytes);
         return free;
     }
 
   private:
     // Returns whether there is no such file, or this one.
     bool IsFree(const fs::path& name, std::span<const std::byte> bytes) const {
-        for (const auto& [other, content] : m_patch.files)
+        for (const auto& [other, content] : m_files)
             if (other == name) return std::ranges::equal(content, bytes);
         std::error_code error;
         return !fs::exists(fs::symlink_status(m_folder / name, error)) || HasBytes(m_folder / name, bytes);
     }
 
     fs::path m_folder;
-    ImagePatch& m_patch;
+    NewFiles& m_files;
 };
+
+// --- The BIN chunk of a .glb ---
+
+constexpr size_t kFirstBuffer = 0;  // the one of the chunk
+
+// Describes what the document says about a part of the chunk: a buffer view, or its compressed bytes.
+struct Part {
+    OrderedJson* json;
+    size_t offset, end;
+};
+
+std::vector<Part> PartsOf(OrderedJson& root) {
+    std::vector<Part> parts;
+    const auto add = [&](OrderedJson& json) {
+        if (!json.is_object() || json.value("buffer", size_t{SIZE_MAX}) != kFirstBuffer) return;
+        const size_t offset = json.value("byteOffset", size_t{0});
+        parts.push_back({&json, offset, offset + json.value("byteLength", size_t{0})});
+    };
+    for (OrderedJson& view : root["bufferViews"]) {
+        add(view);
+        if (const auto extensions = view.find("extensions"); extensions != view.end())
+            for (OrderedJson& extension : *extensions) add(extension);
+    }
+    return parts;
+}
+
+size_t CountUses(const OrderedJson& json, const OrderedJson& view) {
+    if (!json.is_structured()) return 0;
+    size_t count = json.is_object() && json.contains("bufferView") && json["bufferView"] == view ? 1 : 0;
+    for (const OrderedJson& member : json) count += CountUses(member, view);
+    return count;
+}
+
+// Puts the bytes in the place of those of a view that is an image's alone: what follows moves by a multiple
+// of the alignment. Returns false, and changes nothing, if the view's bytes have another use.
+bool ReplaceInBinary(OrderedJson& root, const OrderedJson& index, std::span<const std::byte> bytes,
+                     std::vector<std::byte>& binary) {
+    if (!AreExtensionsRead(root) || CountUses(root, index) != 1) return false;
+    OrderedJson& view = root["bufferViews"][index.get<size_t>()];
+    const std::vector<Part> parts = PartsOf(root);
+    const auto own = std::ranges::find(parts, &view, &Part::json);
+    if (own == parts.end() || view.contains("extensions") || own->end > binary.size()) return false;
+    size_t end = std::min((own->end + kAlignment - 1) / kAlignment * kAlignment, binary.size());
+    for (const Part& part : parts) {
+        if (part.json == own->json || part.end <= own->offset) continue;
+        if (part.offset < own->end) return false;
+        end = std::min(end, part.offset);
+    }
+    std::vector<std::byte> put(bytes.begin(), bytes.end());
+    while ((own->offset + put.size()) % kAlignment != end % kAlignment) put.emplace_back();
+    const auto at = [&](size_t offset) { return binary.begin() + static_cast<std::ptrdiff_t>(offset); };
+    binary.erase(at(own->offset), at(end));
+    binary.insert(at(own->offset), put.begin(), put.end());
+    for (const Part& part : parts)
+        if (part.offset >= own->end)
+            (*part.json)["byteOffset"] = part.offset - end + own->offset + put.size();
+    view["byteLength"] = bytes.size();
+    return true;
+}
+
+// Returns the index of a new view.
+size_t AppendToBinary(OrderedJson& root, std::span<const std::byte> bytes, std::vector<std::byte>& binary) {
+    const auto pad = [&] { binary.resize((binary.size() + kAlignment - 1) / kAlignment * kAlignment); };
+    pad();
+    OrderedJson& views = root["bufferViews"];
+    views.push_back({{"buffer", kFirstBuffer}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}});
+    binary.insert(binary.end(), bytes.begin(), bytes.end());
+    pad();
+    return views.size() - 1;
+}
 
 }  // namespace
 
-ImagePatch PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<const ReplacedImage> images,
-                       const fs::path& folder, std::optional<size_t> binarySize) {
-    ImagePatch patch;
-    FileNames names(folder, patch);
+NewFiles PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<const ReplacedImage> images,
+                     const fs::path& folder, std::vector<std::byte>* binary) {
+    NewFiles files;
+    FileNames names(folder, files);
     for (const ReplacedImage& replaced : images) {
         const FormatPlace& place = PlaceOf(replaced);
         const ImageChoice& choice = loaded.images.at(replaced.image);
@@ -131,26 +201,18 @@ ImagePatch PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<c
                 isShared |= std::ranges::count(other, index) > 0;
         }
         OrderedJson image = root["images"][index];
-        const bool isView = image.contains("bufferView");
+        const OrderedJson view = image.value("bufferView", OrderedJson());
+        const bool isView = !view.is_null();
         const bool isData = !isView && IsDataUri(image["uri"].get_ref<const std::string&>());
-        for (const char* key : {"uri", "bufferView"}) image.erase(key);
+        if (isView || isData || image.contains("name")) image["name"] = replaced.Name();
         image["mimeType"] = place.mimeType;
-        if (isData) {
-            image["uri"] = Text("data:{};base64,{}", place.mimeType, EncodeBase64(replaced.bytes));
-        } else if (isView && binarySize) {
-            const auto pad = [&] {
-                while ((*binarySize + patch.binary.size()) % kAlignment != 0) patch.binary.emplace_back();
-            };
-            pad();
-            OrderedJson& views = root["bufferViews"];
-            image["bufferView"] = views.size();
-            views.push_back({{"buffer", 0},
-                             {"byteOffset", *binarySize + patch.binary.size()},
-                             {"byteLength", replaced.bytes.size()}});
-            patch.binary.insert(patch.binary.end(), replaced.bytes.begin(), replaced.bytes.end());
-            pad();
+        if (isView && binary) {
+            if (isShared || !ReplaceInBinary(root, view, replaced.bytes, *binary))
+                image["bufferView"] = AppendToBinary(root, replaced.bytes, *binary);
         } else {
-            image["uri"] = PercentEncode(names.Add(replaced).generic_string());
+            image.erase("bufferView");
+            image["uri"] = isData ? Text("data:{};base64,{}", place.mimeType, EncodeBase64(replaced.bytes))
+                                  : PercentEncode(names.Add(replaced).generic_string());
         }
         if (isShared) {
             index = static_cast<uint32_t>(root["images"].size());
@@ -167,7 +229,7 @@ ImagePatch PatchImages(OrderedJson& root, const GltfOutline& loaded, std::span<c
                 required.push_back(place.extension);
         }
     }
-    return patch;
+    return files;
 }
 
 }  // namespace raygraph::scene

@@ -238,17 +238,6 @@ void RemoveSkins(OrderedJson& root, const std::vector<bool>& isGone) {
     }
 }
 
-// Returns whether all extensions are known not to name nodes.
-bool AreIndicesFree(const OrderedJson& root) {
-    const auto used = root.find("extensionsUsed");
-    if (used == root.end()) return true;
-    return std::ranges::all_of(*used, [](const OrderedJson& name) {
-        return std::ranges::any_of(KnownExtensions(), [&](const GltfExtension& known) {
-            return known.isRead && name.is_string() && known.name == name.get_ref<const std::string&>();
-        });
-    });
-}
-
 void RemoveNodes(OrderedJson& root, const std::vector<bool>& isRemoved) {
     const std::vector<uint32_t> now =
         RemoveFrom(root, "nodes", [&](OrderedJson&, size_t i) { return isRemoved[i]; });
@@ -280,6 +269,16 @@ void RemoveNodes(OrderedJson& root, const std::vector<bool>& isRemoved) {
 }
 
 }  // namespace
+
+bool AreExtensionsRead(const OrderedJson& root) {
+    const auto used = root.find("extensionsUsed");
+    if (used == root.end()) return true;
+    return std::ranges::all_of(*used, [](const OrderedJson& name) {
+        return std::ranges::any_of(KnownExtensions(), [&](const GltfExtension& known) {
+            return known.isRead && name.is_string() && known.name == name.get_ref<const std::string&>();
+        });
+    });
+}
 
 NodeChanges PatchNodeList(OrderedJson& root, GltfOutline& loaded, const SceneData& edited,
                           std::span<const uint32_t> copiedFrom) {
@@ -317,7 +316,7 @@ void PatchHierarchy(OrderedJson& root, const GltfOutline& loaded, const SceneDat
     PutScenes(root, loaded, edited, roots, changes);
     if (std::ranges::find(changes.isGone, true) == changes.isGone.end()) return;
     std::vector<bool> isRemoved = changes.isGone;
-    if (AreIndicesFree(root)) {
+    if (AreExtensionsRead(root)) {
         RemoveChannels(root, changes.isGone);  // and animations without any, whose indices may be named, too
         RemoveSkins(root, changes.isGone);
     } else {

@@ -79,6 +79,11 @@ bool EscapesFolder(const std::string& uri) {
     return *RelativePath(uri).begin() == "..";
 }
 
+bool IsHidden(const fs::path& relative) {
+    return std::ranges::any_of(
+        relative, [](const fs::path& part) { return part != "." && part.native().starts_with('.'); });
+}
+
 // Writes `bytes`, a file that the scene names by `uri`, to `to / uri`. Hidden files are refused, as programs
 // may read them without being asked. Outside of `to` nothing is written: a file there has to exist already.
 void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::path& to) {
@@ -88,10 +93,8 @@ void CopyTo(const std::string& uri, std::span<const std::byte> bytes, const fs::
         throw MakeError(ErrorKind::BadInput, "{}: leads out of the scene's folder, and is not copied to {}",
                         Quoted(uri), to / relative);
     }
-    for (const fs::path& part : relative)
-        if (part != "." && part.native().starts_with('.'))
-            throw MakeError(ErrorKind::BadInput, "{}: is the name of a hidden file, and not copied",
-                            Quoted(uri));
+    if (IsHidden(relative))
+        throw MakeError(ErrorKind::BadInput, "{}: is the name of a hidden file, and not copied", Quoted(uri));
     WriteBeside(to / relative, bytes);
 }
 
@@ -113,14 +116,15 @@ bool IsIes(std::span<const std::byte> bytes) {
 }
 
 // Copies the files that the document names: buffers, images and light profiles, only some of which are read.
-// An image that has a substitute may be missing.
-void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices,
+// An image that has a substitute may be missing. `renames`: those that CopyTo refuses get other names.
+void CopyFiles(Json& root, const std::vector<ImageChoice>& choices,
                const std::vector<ProfileSource>& profilesRead, const ConfinedFolder& from, const fs::path& to,
-               uint64_t maxBytes) {
-    const auto copy = [&](const Json& thing, bool isRead) {
+               uint64_t maxBytes, bool renames) {
+    size_t renamedCount = 0;
+    const auto copy = [&](Json& thing, bool isRead) {
         const auto uri = thing.find("uri");
         if (uri == thing.end() || IsDataUri(uri->get_ref<const std::string&>())) return;
-        const auto& text = uri->get_ref<const std::string&>();
+        const std::string text = uri->get<std::string>();
         std::vector<std::byte> bytes;
         try {
             bytes = from.Read(text, maxBytes);
@@ -131,11 +135,15 @@ void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices,
         if (!isRead && !IsFallback(thing) && image::SniffFormat(bytes) == image::FileFormat::Unknown &&
             !IsIes(bytes))
             return;
-        if (!isRead && EscapesFolder(text)) return;
-        CopyTo(text, bytes, to);
+        const fs::path relative = RelativePath(text);
+        if (renames && (EscapesFolder(text) || IsHidden(relative)))
+            *uri = PercentEncode(Text("files/{}-{}", ++renamedCount, relative.filename().string()));
+        else if (!isRead && EscapesFolder(text))
+            return;
+        CopyTo(uri->get_ref<const std::string&>(), bytes, to);
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
-        for (const Json& buffer : *buffers) copy(buffer, !IsFallback(buffer));
+        for (Json& buffer : *buffers) copy(buffer, !IsFallback(buffer));
     std::set<uint32_t> read;
     for (const ImageChoice& choice : choices)
         if (choice.size() == 1) read.insert(choice.front());
@@ -166,18 +174,16 @@ bool UsesBinary(const GltfContainer& container, const Json& root) {
            !buffers->front().contains("uri");
 }
 
-// Returns the chunks after the JSON: the first `size` bytes of BIN, then `added`.
-std::vector<std::byte> ChunksWith(const GltfContainer& container, size_t size,
-                                  std::span<const std::byte> added) {
+// Returns the chunks after the JSON, with another BIN.
+std::vector<std::byte> ChunksWith(const GltfContainer& container, std::span<const std::byte> binary) {
     constexpr size_t kHeader = 8;
-    const size_t padded = (size + added.size() + 3) / 4 * 4;
+    const size_t padded = (binary.size() + 3) / 4 * 4;
     std::vector<std::byte> chunks(container.rest.begin(), container.rest.begin() + kHeader);
     for (size_t i = 0; i < 4; ++i) chunks[i] = static_cast<std::byte>(padded >> (8 * i) & 0xFFu);
     const auto append = [&](std::span<const std::byte> bytes) {
         chunks.insert(chunks.end(), bytes.begin(), bytes.end());
     };
-    append(container.binary.first(size));
-    append(added);
+    append(binary);
     chunks.resize(kHeader + padded);
     append(container.rest.subspan(kHeader + container.binary.size()));
     return chunks;
@@ -217,7 +223,9 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     FileReader& files = options.reader ? *options.reader : disk;
     const ConfinedFolder folder(located.folder, files, options.root);
     GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
-    const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
+    std::vector<std::byte> current;
+    if (origin.file.empty()) current = files.Read(located.file, options.limits.maxFileBytes);
+    const std::span<const std::byte> file = origin.file.empty() ? current : origin.file;
     context.bytesRead = file.size();
     const GltfContainer container = OpenContainer(file, context.label);
     const std::string_view json = origin.json.empty() ? container.json : origin.json;
@@ -234,25 +242,25 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     const std::optional<RepairedText> repaired = RepairStrings(json);
     Json root = Json::parse(repaired ? std::string_view(repaired->text) : json);
     const fs::path to = target.parent_path();
-    ImagePatch patch;
+    NewFiles newFiles;
     Json formerImages;
     std::vector<std::byte> changedChunks;
     std::span<const std::byte> chunks = container.rest;
     try {
-        // Replaced images follow in the BIN chunk of a file that was saved with some
-        const std::optional<size_t> size = UsesBinary(container, root)
-                                               ? std::optional(root["buffers"][0]["byteLength"].get<size_t>())
-                                               : std::nullopt;
         if (!origin.json.empty()) TakeBuffers(root, container.json);
-        const bool usesBinary = size && UsesBinary(container, root);
-        if (!origin.images.empty()) formerImages = root["images"];
-        patch = PatchImages(root, loaded, origin.images, to, isGlb && usesBinary ? size : std::nullopt);
-        if (usesBinary) {
-            Json& length = root["buffers"][0]["byteLength"];
-            const size_t now = *size + patch.binary.size(), before = length.get<size_t>();
-            if (now != before) length = now;
-            if (isGlb && (now != before || !patch.binary.empty())) {
-                changedChunks = ChunksWith(container, std::min(*size, container.binary.size()), patch.binary);
+        const bool usesBinary = isGlb && UsesBinary(container, root);
+        if (!origin.images.empty()) {
+            formerImages = root["images"];
+            std::vector<std::byte> binary;
+            if (usesBinary) {
+                const auto length = root["buffers"][0]["byteLength"].get<size_t>();
+                const auto bytes = container.binary.first(std::min(length, container.binary.size()));
+                binary.assign(bytes.begin(), bytes.end());
+            }
+            newFiles = PatchImages(root, loaded, origin.images, to, usesBinary ? &binary : nullptr);
+            if (usesBinary) {
+                root["buffers"][0]["byteLength"] = binary.size();
+                changedChunks = ChunksWith(container, binary);
                 chunks = changedChunks;
             }
         }
@@ -272,12 +280,16 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
             if (loaded.isShown[i]) images.push_back(loaded.images[i]);
         if (loaded.imageLight)
             for (const uint32_t face : loaded.imageLight->faces) images.push_back({face});
+        const auto copy = [&](const std::vector<ImageChoice>& read) {
+            CopyFiles(root, read, loaded.profiles, folder, to, options.limits.maxFileBytes,
+                      origin.isSelfContained);
+        };
         // Also images that were replaced: a later save may name them again
-        if (!origin.images.empty()) std::swap(root["images"], formerImages);
-        CopyFiles(root, images, loaded.profiles, folder, to, options.limits.maxFileBytes);
-        if (!origin.images.empty()) std::swap(root["images"], formerImages);
+        if (!origin.images.empty() && !origin.isSelfContained) std::swap(root["images"], formerImages);
+        copy(images);
+        if (!origin.images.empty() && !origin.isSelfContained) std::swap(root["images"], formerImages);
     }
-    for (const auto& [name, bytes] : patch.files) WriteBeside(to / name, bytes);
+    for (const auto& [name, bytes] : newFiles) WriteBeside(to / name, bytes);
     Write(container, root, target, isGlb, chunks);
 }
 

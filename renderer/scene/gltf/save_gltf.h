@@ -20,6 +20,8 @@ struct ReplacedImage {
     uint32_t image = 0;          // index into SceneData::images
     std::filesystem::path file;  // where it was read
     std::span<const std::byte> bytes;
+
+    std::string Name() const { return file.stem().string(); }  // as files name the image
 };
 
 // Says where the nodes of an edited scene come from, if some were added or `source` has been written since,
@@ -33,6 +35,11 @@ struct SaveOrigin {
     // is not in `edited.nodeOrder` is not written.
     std::span<const uint32_t> copiedFrom;
     std::span<const ReplacedImage> images;  // each image at most once
+    // The content that `source` had before an image in its BIN chunk was replaced; "": that of `source`.
+    std::span<const std::byte> file;
+    // Lets `target` need no file outside of its folder: what `source` names there, or by the name of a hidden
+    // file, is copied to the target's folder files/.
+    bool isSelfContained = false;
 };
 // Returns the JSON text of a .gltf or .glb file. Throws Error{Io}, Error{BadInput}.
 RAYGRAPH_API std::string ReadGltfJson(const std::filesystem::path& source, const LoadOptions& options = {});
@@ -60,8 +67,9 @@ RAYGRAPH_API std::string ReadGltfJson(const std::filesystem::path& source, const
 //
 // An image that was replaced is where it was: in a data URI, in the .glb, or in a file. Such a file keeps its
 // path from the target's folder if it is below that, else it is copied there. If another file has its name,
-// it gets a number. An image of a buffer becomes a file, unless the target is a .glb with a BIN chunk. Bytes
-// of the former image stay in the buffer.
+// it gets a number. An image of a buffer becomes a file, unless the target is a .glb with a BIN chunk: there
+// it takes the place of the former one's bytes, or comes last if these may have another use. An image that
+// has a name, or no file, gets that of the new file.
 //
 // The target's extension says what is written, .glb or .gltf. The BIN chunk of a .glb that becomes a .gltf is
 // put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as
