@@ -269,7 +269,7 @@ class RAYGRAPH_API GpuScene {
     // Exchanges the images of a[0] and b[0], of a[1] and b[1] and so on, in all materials: what read one
     // texture reads the other one's image, with its sampler. Light sampling keeps the means of emissive
     // textures that it has. Throws Error{Usage} for textures that do not exist and lists of different
-    // lengths; Error{OutOfMemory}, after which some materials may still show what they did.
+    // lengths; Error{OutOfMemory}. On an Error nothing changes.
     void SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b);
 
     // Shows a variant of the scene, an index into SceneData::variants; scene::kNone: none. SetScene shows

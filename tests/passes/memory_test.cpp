@@ -327,6 +327,32 @@ TEST_F(SceneMemoryTest, SetMaterial_TakesWhatItsStructuresNeedOrChangesNothing) 
     EXPECT_EQ(Seen(render), gone);
 }
 
+// The other texture is clear, so that a structure is needed whose rays look at alpha.
+TEST_F(SceneMemoryTest, SwapTextures_TakesWhatItsStructuresNeedOrChangesNothing) {
+    const std::array<uint32_t, 2> there{0, kMiss}, gone{kMiss, kMiss};
+    scene::SceneData scene = Sphere(-1.0f, 64);
+    scene.materials[0].alphaMode = scene::AlphaMode::Mask;
+    scene.materials[0].baseColorTexture.texture = 0;
+    scene.meshes[0].primitives[0].uv0.assign(scene.meshes[0].primitives[0].positions.size(), glm::vec2(0.5f));
+    for (const uint8_t alpha : {uint8_t{255}, uint8_t{0}})
+        scene.images.push_back({.name = "", .width = 1, .height = 1, .rgba = {9, 9, 9, alpha}});
+    scene.textures = {{.name = "", .image = 0}, {.name = "", .image = 1}};
+    render.scene.SetScene(std::move(scene));
+    for (int frame = 0; frame < 8; ++frame) ASSERT_EQ(Seen(render), there);
+    const std::vector<uint32_t> a{0}, b{1};
+    const SceneRevisions before = render.scene.Revisions();
+    LeaveMemory(64u << 10);
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        EXPECT_EQ(ErrorOf([&] { render.scene.SwapTextures(a, b); }).Kind(), ErrorKind::OutOfMemory);
+        EXPECT_EQ(render.scene.Revisions(), before);
+        EXPECT_EQ(Seen(render), there);
+    }
+    Device().LimitMemory(0);
+    render.scene.SwapTextures(a, b);
+    LeaveMemory(64u << 10);
+    EXPECT_EQ(Seen(render), gone);
+}
+
 TEST_F(RefusedSceneTest, TransformsThatAreNoPlaceAreRefused) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_EQ(Message([&] {

@@ -361,7 +361,8 @@ TEST_F(SceneMaterialsTest, FeaturesAreFoundAfterEachKindOfChangeAlone) {
     ChangeVariant(geometry, materials, builder, 0);
     ExpectChanged("a variant is shown", kTraceMetals | kTraceGlass);
     const gpu::MaterialRecord record = ToRecord(Glass(), materials.Records()[numbers[0]]);
-    ChangeMaterial(geometry, materials, builder, numbers[0], record);
+    SceneMaterials::ChangedRecord changed{numbers[0], record};
+    ChangeMaterials(geometry, materials, builder, {&changed, 1});
     ExpectChanged("a material was edited", kTraceGlass);
 
     const SceneTexture texture{std::make_shared<SceneImage>(SceneImage{.hostTexture = white}), {}};
@@ -659,6 +660,18 @@ TEST_F(AlphaBounds, EditsAreSeen) {
     EXPECT_TRUE(HasAlpha());
     material.baseColorFactor.a = 1.0f;
     render.scene.SetMaterial(0, material);
+    EXPECT_FALSE(HasAlpha());
+}
+
+TEST_F(AlphaBounds, ThoseOfAnExchangedTextureAreSeen) {
+    EXPECT_FALSE(IsTested(kBlend, 1.0f, 1.0f, 255));
+    scene::SceneData part;
+    part.images = {{.name = "", .width = 1, .height = 1, .rgba = {9, 9, 9, 128}}};
+    part.textures = {{.name = "", .image = 0}};
+    const std::vector<uint32_t> old{0}, clear = render.scene.Add(std::move(part)).textures;
+    render.scene.SwapTextures(old, clear);
+    EXPECT_TRUE(HasAlpha());
+    render.scene.SwapTextures(old, clear);
     EXPECT_FALSE(HasAlpha());
 }
 

@@ -687,7 +687,8 @@ TEST(GroupKinds, SheetThatScattersAllIsNoThinWall) {
     sheet.transmissionFactor = 1.0f;
     const auto isThinWall = [&] {
         const GroupPart part;
-        return KindOf({&part, 1}, MaterialRecords({&sheet, 1}, {})).isThinWall;
+        const float textureAlpha = 1.0f;
+        return KindOf({&part, 1}, MaterialRecords({&sheet, 1}, {}), {&textureAlpha, 1}).isThinWall;
     };
     EXPECT_TRUE(isThinWall());
     sheet.scatterStrengthFactor = 0.5f;

@@ -158,14 +158,12 @@ PackedGroup PackGroup(std::span<Piece> pieces, const GroupKind& kind, const Mesh
 }
 
 GroupPart PartOf(const scene::Primitive& primitive, const PackingMaterials& materials) {
-    const float ofColors = LowestAlpha(primitive.colors);
     const gpu::MaterialRecord& record = materials.records[primitive.material];
     GroupPart part{.material = primitive.material,
-                   .lowestAlpha = ofColors * materials.textureAlphas[primitive.material],
+                   .lowestAlpha = LowestAlpha(primitive.colors),
                    .isRound = primitive.IsRound(),
                    .isShadowCatcher = (record.flags & gpu::kMaterialShadowCatcher) != 0u};
-    for (const auto& [variant, material] : primitive.variants)
-        part.variants.push_back({variant, material, ofColors * materials.textureAlphas[material]});
+    for (const auto& [variant, material] : primitive.variants) part.variants.push_back({variant, material});
     return part;
 }
 
@@ -215,7 +213,9 @@ PackedMesh PackMesh(scene::Mesh& mesh, const PackingMaterials& materials, const 
         std::vector<Piece> pieces;
         for (size_t i = 0; i < parts.size(); ++i) {
             scene::Primitive& primitive = mesh.primitives[i];
-            if (primitive.indices.empty() || KindOf({&parts[i], 1}, materials.records) != kind) continue;
+            if (primitive.indices.empty() ||
+                KindOf({&parts[i], 1}, materials.records, materials.textureAlphas) != kind)
+                continue;
             for (scene::PrimitivePiece& piece : scene::SplitPrimitive(std::move(primitive), limits))
                 pieces.push_back({std::move(piece), parts[i]});
             primitive = {};

@@ -36,17 +36,16 @@ struct GroupKind {
     bool operator==(const GroupKind&) const = default;
 };
 
-// Holds the material of a part in a variant of the scene, and its properties for rays.
+// Holds the material of a part in a variant of the scene.
 struct PartVariant {
     uint32_t variant = scene::kNone;
     uint32_t material = 0;
-    float lowestAlpha = 1.0f;
 };
 
 // Holds the inputs from which a part's kind is found, kept after the primitive has been freed.
 struct GroupPart {
     uint32_t material = 0;
-    float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
+    float lowestAlpha = 1.0f;                // of vertex colors
     std::vector<PartVariant> variants = {};  // as Primitive::variants
     bool isRound = false;
     bool isShadowCatcher = false;  // as its material, in which no edit changes it

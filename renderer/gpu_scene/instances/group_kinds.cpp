@@ -43,12 +43,13 @@ bool IsBackCulled(const gpu::MaterialRecord& material) {
     return (material.flags & gpu::kMaterialTwoSided) == 0u;
 }
 
-GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials,
+                 std::span<const float> textureAlphas) {
     GroupKind kind;
     bool hasBackCulled = false;
     for (const GroupPart& part : parts) {
         const gpu::MaterialRecord& material = materials[part.material];
-        kind.isOpaque &= IsOpaque(material, part.lowestAlpha);
+        kind.isOpaque &= IsOpaque(material, part.lowestAlpha * textureAlphas[part.material]);
         kind.isThinWall |= IsThinWall(material);
         kind.isBackCulled &= IsBackCulled(material);
         hasBackCulled |= IsBackCulled(material);
@@ -88,7 +89,7 @@ KindChanges UpdateKinds(SceneGeometry& geometry, const SceneMaterials& materials
     KindChanges changes;
     for (GroupResources& group : geometry.groups) {
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
-        const GroupKind kind = KindOf(group.parts, materials.Records());
+        const GroupKind kind = KindOf(group.parts, materials.Records(), materials.TextureAlphas());
         if (kind == group.kind) continue;
         if (group.hostBlas != 0 && IsAnyHit(kind) != IsAnyHit(group.kind))
             throw Error(
@@ -121,23 +122,26 @@ void TakeVariant(SceneGeometry& geometry, uint32_t variant) noexcept {
             GroupPart& part = group.parts[i];
             if (part.variants.empty()) continue;
             const std::span<const PartVariant> variants = part.variants;
-            const PartVariant& taken = variants[scene::VariantEntry(variants, variant)];
-            part.material = taken.material;
-            part.lowestAlpha = taken.lowestAlpha;
-            geometry.records.Edit(group.record.firstGeometry + i).material = taken.material;
+            part.material = variants[scene::VariantEntry(variants, variant)].material;
+            geometry.records.Edit(group.record.firstGeometry + i).material = part.material;
         }
 }
 
 }  // namespace
 
-KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
-                           uint32_t material, const gpu::MaterialRecord& record) {
-    const gpu::MaterialRecord old = materials.Set(material, record);
+KindChanges ChangeMaterials(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                            std::span<SceneMaterials::ChangedRecord> changed) {
+    const auto exchange = [&] {
+        for (SceneMaterials::ChangedRecord& each : changed) materials.Exchange(each);
+    };
+    exchange();
     try {
-        return UpdateKinds(geometry, materials, builder,
-                           [&](const GroupPart& part) { return part.material == material; });
+        return UpdateKinds(geometry, materials, builder, [&](const GroupPart& part) {
+            return std::ranges::find(changed, part.material, &SceneMaterials::ChangedRecord::material) !=
+                   changed.end();
+        });
     } catch (...) {
-        materials.Set(material, old);
+        exchange();
         throw;
     }
 }

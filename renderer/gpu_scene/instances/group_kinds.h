@@ -15,8 +15,9 @@ namespace raygraph {
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
 // Returns the kind of a group with these parts. If back faces of only some parts are culled, an any-hit
-// shader decides.
-GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
+// shader decides. `textureAlphas` are lower bounds of the alpha of the base color's texture, by material.
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials,
+                 std::span<const float> textureAlphas);
 // Sets the geometry flags of a group's BLAS. Returns true if they have changed.
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
 
@@ -25,13 +26,14 @@ struct KindChanges {
     bool structuresChanged = false;  // BLASes wait to be built
     bool sidesChanged = false;       // culling or alpha has changed
 };
-// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
-// is added to the builder again, with the memory for its build. On an Error nothing has changed.
-KindChanges ChangeMaterial(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
-                           uint32_t material, const gpu::MaterialRecord& record);
+// Exchanges the records of materials with those of `changed`, and updates the groups that use them. A BLAS
+// whose geometry flags change is added to the builder again, with the memory for its build. On an Error
+// nothing has changed.
+KindChanges ChangeMaterials(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
+                            std::span<SceneMaterials::ChangedRecord> changed);
 
 // Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise it does what
-// ChangeMaterial does.
+// ChangeMaterials does.
 KindChanges ChangeVariant(SceneGeometry& geometry, SceneMaterials& materials, rhi::BlasBuilder& builder,
                           uint32_t variant);
 

@@ -176,7 +176,7 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
     PackingMaterials packing;
     for (const uint32_t material : used) {
         packing.records.push_back(materials->Records()[material]);
-        packing.textureAlphas.push_back(materials->TextureAlpha(material));
+        packing.textureAlphas.push_back(materials->TextureAlphas()[material]);
         const gpu::MaterialRecord& record = materials->Records()[material];
         // The texels of an emissive texture have been freed: assume that it is not black
         const bool hasTexture = record.emissiveTexture != gpu::kNoTexture;
@@ -207,10 +207,8 @@ uint32_t SceneObjects::AddMesh(scene::Mesh&& mesh) {
 uint32_t SceneObjects::AddMesh(const HostMesh& mesh) {
     std::vector<GroupResources> uploaded(1);
     GroupResources& group = uploaded.front();
-    group.parts.push_back(
-        {.material = mesh.material,
-         .lowestAlpha = (mesh.colors ? mesh.lowestAlpha : 1.0f) * materials->TextureAlpha(mesh.material)});
-    group.kind = KindOf(group.parts, materials->Records());
+    group.parts.push_back({.material = mesh.material, .lowestAlpha = mesh.colors ? mesh.lowestAlpha : 1.0f});
+    group.kind = KindOf(group.parts, materials->Records(), materials->TextureAlphas());
     group.record.positions = AddressOf(mesh.positions);
     group.record.indices = AddressOf(mesh.indices);
     group.triangleCount = mesh.triangleCount;
@@ -368,11 +366,16 @@ void SceneObjects::SetVisible(std::span<const uint32_t> indices, bool isVisible)
 }
 
 void SceneObjects::SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
-    const KindChanges changes = ChangeMaterial(*geometry, *materials, m_context.builder, material,
-                                               record);  // everything that may fail comes first
+    SceneMaterials::ChangedRecord changed{material, record, materials->TextureAlphas()[material]};
+    const KindChanges changes = ChangeMaterials(*geometry, *materials, m_context.builder,
+                                                {&changed, 1});  // everything that may fail comes first
     ++m_context.revisions.materials;
     lights.SetEmission(material, record.emission);
     lights.SetSides(material, !IsBackCulled(record));
+    Follow(changes);
+}
+
+void SceneObjects::Follow(const KindChanges& changes) {
     if (changes.structuresChanged) blases.MarkReplaced();
     if (!changes.sidesChanged) return;
     ++m_context.revisions.geometry;
@@ -380,8 +383,14 @@ void SceneObjects::SetMaterial(uint32_t material, const gpu::MaterialRecord& rec
 }
 
 void SceneObjects::SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b) {
+    std::vector<SceneMaterials::ChangedRecord> changed = materials->ChangedBySwap(a, b);
+    const KindChanges changes =  // what may fail comes first
+        ChangeMaterials(*geometry, *materials, m_context.builder, changed);
+    materials->SwapTextures(a, b);
+    if (changed.empty()) return;
+    ++m_context.revisions.materials;
     ++m_context.revisions.geometry;  // alpha comes from another texture
-    for (const auto& [material, record] : materials->SwapTextures(a, b)) SetMaterial(material, record);
+    Follow(changes);
 }
 
 void SceneObjects::SetVariant(uint32_t variant) {

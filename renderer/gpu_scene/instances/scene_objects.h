@@ -18,6 +18,7 @@
 #include "renderer/gpu_scene/geometry/blas_set.h"
 #include "renderer/gpu_scene/geometry/wide_set.h"
 #include "renderer/gpu_scene/instances/draw_table.h"
+#include "renderer/gpu_scene/instances/group_kinds.h"
 #include "renderer/gpu_scene/instances/instance_set.h"
 #include "renderer/gpu_scene/lights/light_set.h"
 #include "renderer/gpu_scene/materials/scene_materials.h"
@@ -117,6 +118,8 @@ class SceneObjects {
 
   private:
     void MoveOrigin(const glm::dvec3& wanted);
+    // Lets what depends on the kinds of groups follow them.
+    void Follow(const KindChanges& changes);
     // Reserves the memory for building a mesh's BLASes. If that fails, it removes the mesh and rethrows.
     void ReserveBuilds(uint32_t mesh);
 

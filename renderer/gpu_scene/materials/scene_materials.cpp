@@ -25,17 +25,19 @@ std::vector<uint32_t> SceneMaterials::Add(std::span<const scene::Material> added
         slots.push_back(texture == scene::kNone ? 0 : m_textures->Slot(texture));
     const std::vector<gpu::MaterialRecord> records = MaterialRecords(added, slots);
     std::vector<Use> uses;
+    std::vector<float> alphas(added.size(), 1.0f);
     for (const scene::Material& material : added) {
         Use& use = uses.emplace_back();
         for (const uint32_t texture : TexturesOf(material)) use.textures.push_back(textureNumbers[texture]);
         if (!material.baseColorTexture.IsPresent()) continue;
         const auto baseColor = static_cast<size_t>(material.baseColorTexture.texture);
-        use.textureAlpha = m_textures->Image(textureNumbers[baseColor]).lowestAlpha;
+        alphas[uses.size() - 1] = m_textures->Image(textureNumbers[baseColor]).lowestAlpha;
     }
     numbers.reserve(added.size());
     try {
         for (size_t i = 0; i < added.size(); ++i) numbers.push_back(m_slots.Allocate(1));
         m_records.Grow(m_slots.End());
+        m_textureAlphas.resize(m_records.Size(), 1.0f);
         m_uses.resize(m_records.Size(), {.exists = false});
     } catch (...) {
         for (const uint32_t number : numbers) m_slots.Free(number, 1);
@@ -45,6 +47,7 @@ std::vector<uint32_t> SceneMaterials::Add(std::span<const scene::Material> added
         for (const uint32_t texture : uses[i].textures) ++m_textureUses[texture];
         m_records.Edit(numbers[i]) = records[i];
         m_uses[numbers[i]] = std::move(uses[i]);
+        m_textureAlphas[numbers[i]] = alphas[i];
     }
     return numbers;
 }
@@ -68,8 +71,8 @@ void SceneMaterials::RemoveTexture(uint32_t texture) {
     m_featuresDirty = true;
 }
 
-std::vector<SceneMaterials::ChangedRecord> SceneMaterials::SwapTextures(std::span<const uint32_t> a,
-                                                                        std::span<const uint32_t> b) {
+std::vector<SceneMaterials::ChangedRecord> SceneMaterials::ChangedBySwap(std::span<const uint32_t> a,
+                                                                         std::span<const uint32_t> b) const {
     std::map<uint32_t, uint32_t> now;             // by slot: the slot that takes its place
     std::map<uint32_t, const SceneImage*> shown;  // by new slot
     for (size_t i = 0; i < a.size(); ++i) {
@@ -94,18 +97,22 @@ std::vector<SceneMaterials::ChangedRecord> SceneMaterials::SwapTextures(std::spa
 #define RAYGRAPH_MATERIAL_TEXTURE(name, object, key, space) follow(record.name##Texture);
 #include "shaders/shared/material_list.h"
         if (!isChanged) continue;
-        changed.push_back({material, record});
+        changed.push_back({material, record, m_textureAlphas[material]});
         if (const auto found = shown.find(record.baseColorTexture & ~gpu::kSecondTexCoord);
             record.baseColorTexture != gpu::kNoTexture && found != shown.end())
-            m_uses[material].textureAlpha = found->second->lowestAlpha;
+            changed.back().textureAlpha = found->second->lowestAlpha;
     }
-    for (size_t i = 0; i < a.size(); ++i) m_textures->Swap(a[i], b[i]);
     return changed;
 }
 
-gpu::MaterialRecord SceneMaterials::Set(uint32_t material, const gpu::MaterialRecord& record) noexcept {
+void SceneMaterials::SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b) noexcept {
+    for (size_t i = 0; i < a.size(); ++i) m_textures->Swap(a[i], b[i]);
+}
+
+void SceneMaterials::Exchange(ChangedRecord& changed) noexcept {
     m_featuresDirty = true;
-    return std::exchange(m_records.Edit(material), record);
+    std::swap(m_records.Edit(changed.material), changed.record);
+    std::swap(m_textureAlphas[changed.material], changed.textureAlpha);
 }
 
 void SceneMaterials::CountUsers(std::span<const GroupResources> groups, int change) noexcept {

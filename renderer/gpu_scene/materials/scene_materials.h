@@ -38,12 +38,14 @@ class SceneMaterials {
     struct ChangedRecord {
         uint32_t material = 0;
         gpu::MaterialRecord record;
+        float textureAlpha = 1.0f;
     };
-    // Exchanges the images of two textures, and of the next two, and so on. Returns the records that
-    // materials then have to be given by Set, as slots have changed.
-    std::vector<ChangedRecord> SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b);
-    // Returns the previous record of the material.
-    gpu::MaterialRecord Set(uint32_t material, const gpu::MaterialRecord& record) noexcept;
+    // Returns what materials are to be exchanged with when SwapTextures exchanges the images of two textures,
+    // and of the next two, and so on, because slots change.
+    std::vector<ChangedRecord> ChangedBySwap(std::span<const uint32_t> a, std::span<const uint32_t> b) const;
+    void SwapTextures(std::span<const uint32_t> a, std::span<const uint32_t> b) noexcept;
+    // Gives a material the record and texture alpha, and returns those that it had in their place.
+    void Exchange(ChangedRecord& changed) noexcept;
     // Must be called when groups have been added (1) or are about to be removed (-1): each of their parts
     // uses its material, in every variant.
     void CountUsers(std::span<const GroupResources> groups, int change) noexcept;
@@ -54,8 +56,8 @@ class SceneMaterials {
     uint32_t Size() const { return static_cast<uint32_t>(m_records.Size()); }
     bool Exists(uint32_t material) const { return material < m_uses.size() && m_uses[material].exists; }
     std::span<const gpu::MaterialRecord> Records() const { return m_records.Records(); }
-    // Returns a lower bound of the alpha of the base color's texture; 1 without a texture.
-    float TextureAlpha(uint32_t material) const { return m_uses[material].textureAlpha; }
+    // Returns lower bounds of the alpha of the base color's texture, by material; 1 without a texture.
+    std::span<const float> TextureAlphas() const { return m_textureAlphas; }
     uint32_t PartCount(uint32_t material) const { return m_uses[material].partCount; }
     const TextureSet& Textures() const { return *m_textures; }
     // Number of materials that read it.
@@ -72,12 +74,12 @@ class SceneMaterials {
     struct Use {
         std::vector<uint32_t> textures;  // textures that it reads, each once
         uint32_t partCount = 0;          // parts that have it in some variant
-        float textureAlpha = 1.0f;
         bool exists = true;
     };
 
     DeviceArray<gpu::MaterialRecord> m_records;
     std::vector<Use> m_uses;
+    std::vector<float> m_textureAlphas;
     SlotRanges m_slots;
     std::unique_ptr<TextureSet> m_textures;
     std::vector<uint32_t> m_textureUses;  // by texture: number of materials that read it
