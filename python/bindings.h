@@ -51,7 +51,7 @@ struct Scene {
         isEdited = true;
         return input.data;
     }
-    // Computes what edits have left behind.
+    // Computes what follows from edits. Throws as scene::Check does.
     void Update();
     // Returns what a picture at a time of the animations takes, or without one of the rest pose. Needs no
     // GIL.
@@ -71,5 +71,6 @@ py::array ViewOf(const std::shared_ptr<Owner>& owner, const T* data, const std::
 void BindScene(py::module_& module);
 void BindPictures(py::module_& module);
 void BindPasses(py::module_& module);
+void BindAnalysis(py::module_& module);
 
 }  // namespace raygraph::python

@@ -187,4 +187,5 @@ PYBIND11_MODULE(_core, module) {
     BindScene(module);
     BindPictures(module);
     BindPasses(module);
+    BindAnalysis(module);
 }

@@ -1,8 +1,233 @@
-// Passes of one's own from Python.
+// Passes of one's own from Python: GLSL text that runs once, with arrays in and out.
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <map>
+#include <optional>
+
+#include "base/printable.h"
+#include "base/text.h"
 #include "python/bindings.h"
+#include "renderer/graph/pass_harness.h"
+#include "renderer/graph/readback_values.h"
+#include "rhi/reflection.h"
+#include "rhi/shader_compiler.h"
 
 namespace raygraph::python {
 
-void BindPasses(py::module_&) {}
+namespace {
+
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+// Holds what a binding takes and returns.
+struct Bound {
+    rhi::Binding binding;
+    rhi::Format format = rhi::Format::Undefined;  // of an image
+    Extent2D extent;
+    std::vector<float> texels;     // of an image that is given
+    std::vector<std::byte> bytes;  // of a buffer, or of the result
+    py::object like;               // the array whose type and shape a buffer's result has
+    bool isInput = false, isOutput = false;
+    TextureId texture;
+    BufferId buffer;
+    Readback result;
+};
+
+bool IsImage(const rhi::Binding& binding) {
+    return binding.kind == rhi::BindingKind::StorageImage || binding.kind == rhi::BindingKind::SampledImage;
+}
+
+rhi::Format FormatOf(const rhi::Binding& binding, py::ssize_t channels) {
+    if (binding.imageFormat != rhi::Format::Undefined) return binding.imageFormat;
+    return channels == 1   ? rhi::Format::R32Float
+           : channels == 2 ? rhi::Format::Rg32Float
+                           : rhi::Format::Rgba32Float;
+}
+
+void TakeImage(Bound& bound, const py::object& value) {
+    const Floats array = Floats::ensure(value);
+    if (!array || array.ndim() < 2 || array.ndim() > 3 || array.size() == 0)
+        throw MakeError(ErrorKind::Usage,
+                        "{}: an image is an array of (height, width) or (height, width, channels)",
+                        bound.binding.name);
+    const py::ssize_t channels = array.ndim() == 3 ? array.shape(2) : 1;
+    bound.format = FormatOf(bound.binding, channels);
+    bound.extent = {static_cast<uint32_t>(array.shape(1)), static_cast<uint32_t>(array.shape(0))};
+    const size_t wanted = testing::ChannelCount(bound.format), given = static_cast<size_t>(channels);
+    if (given > wanted)
+        throw MakeError(ErrorKind::Usage, "{}: the array has {} channels, the shader's {} has {}",
+                        bound.binding.name, given, rhi::Name(bound.format), wanted);
+    const size_t count = size_t{bound.extent.width} * bound.extent.height;
+    bound.texels.assign(wanted * count, 0.0f);
+    for (size_t i = 0; i < count; ++i)
+        for (size_t c = 0; c < wanted; ++c)
+            bound.texels[wanted * i + c] = c < given ? array.data()[given * i + c] : (c == 3 ? 1.0f : 0.0f);
+}
+
+std::vector<std::byte> BytesOf(const py::object& value) {
+    const py::array array = py::array::ensure(value, py::array::c_style);
+    if (!array) throw py::error_already_set();
+    const auto* first = static_cast<const std::byte*>(array.data());
+    return {first, first + array.nbytes()};
+}
+
+py::object ArrayOf(const Bound& bound) {
+    const std::span<const std::byte> bytes = bound.bytes;
+    if (!IsImage(bound.binding)) {
+        const py::array like = py::array::ensure(bound.like);
+        py::array result(like.dtype(), std::vector<py::ssize_t>(like.shape(), like.shape() + like.ndim()));
+        std::memcpy(result.mutable_data(), bytes.data(), bytes.size());
+        return result;
+    }
+    const auto texels =
+        std::make_shared<testing::Texels>(testing::DecodeTexels(bytes, bound.extent, bound.format));
+    const auto height = static_cast<py::ssize_t>(bound.extent.height),
+               width = static_cast<py::ssize_t>(bound.extent.width),
+               channels = static_cast<py::ssize_t>(texels->channelCount);
+    if (channels == 1) return ViewOf(texels, texels->values.data(), {height, width}, {width, 1});
+    return ViewOf(texels, texels->values.data(), {height, width, channels}, {width * channels, channels, 1});
+}
+
+// Throws for a name that the shader does not have.
+Bound& Find(std::map<std::string, Bound>& all, const std::string& name) {
+    const auto found = all.find(name);
+    if (found != all.end()) return found->second;
+    std::string names;
+    for (const auto& [each, bound] : all) names += (names.empty() ? "" : ", ") + each;
+    throw MakeError(ErrorKind::Usage, "{}: the shader has no such binding; it has {}", name,
+                    names.empty() ? "none" : names);
+}
+
+// Passes whole words, at most as many as a device takes at least.
+template <size_t... kIndices>
+void PushWords(PassBuilder& pass, std::span<const std::byte> bytes, std::index_sequence<kIndices...>) {
+    const auto push = [&](auto words) {
+        if (bytes.size() != sizeof words) return;
+        std::memcpy(words.data(), bytes.data(), sizeof words);
+        pass.Constants(words);
+    };
+    (push(std::array<uint32_t, kIndices + 1>{}), ...);
+}
+constexpr size_t kMaxPushWords = 32;
+
+py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict& outputs,
+                 const py::object& constants, const std::optional<std::array<uint32_t, 3>>& groups,
+                 const std::string& includeRoot, const DevicePtr& chosen) {
+    rhi::GlslSource source{.name = "pass.comp", .text = glsl, .stage = rhi::StageKind::Compute};
+    source.includeRoot = includeRoot;
+    const std::vector<uint32_t> words = WithoutGil([&] { return rhi::CompileGlsl(source); });
+    const rhi::ShaderReflection shader = rhi::Reflect(words, source.name);
+    std::map<std::string, Bound> all;
+    for (const rhi::Binding& binding : shader.bindings) all[binding.name].binding = binding;
+
+    for (const auto& [key, value] : inputs) {
+        Bound& bound = Find(all, key.cast<std::string>());
+        bound.isInput = true;
+        const auto object = py::reinterpret_borrow<py::object>(value);
+        if (IsImage(bound.binding))
+            TakeImage(bound, object);
+        else
+            bound.bytes = BytesOf(object);
+        bound.like = object;
+    }
+    Extent2D covered;
+    for (const auto& [key, value] : outputs) {
+        Bound& bound = Find(all, key.cast<std::string>());
+        bound.isOutput = true;
+        const auto object = py::reinterpret_borrow<py::object>(value);
+        if (!bound.binding.isWritable)
+            throw MakeError(ErrorKind::Usage, "{}: the shader does not write it", bound.binding.name);
+        if (!IsImage(bound.binding)) {
+            if (!bound.isInput) bound.bytes.resize(static_cast<size_t>(py::array::ensure(object).nbytes()));
+            bound.like = object;
+        } else if (!bound.isInput) {
+            const auto size = object.cast<std::vector<uint32_t>>();
+            if (size.size() < 2)
+                throw MakeError(ErrorKind::Usage, "{}: an image is given by (height, width)",
+                                bound.binding.name);
+            bound.extent = {size[1], size[0]};
+            bound.format = FormatOf(bound.binding, 4);
+        }
+        if (IsImage(bound.binding)) covered = bound.extent;
+    }
+    if (!groups && covered.IsEmpty())
+        throw Error(ErrorKind::Usage,
+                    "groups: without an image among the outputs their number must be given");
+    for (const auto& [name, bound] : all)
+        if (!bound.isInput && !bound.isOutput)
+            throw MakeError(ErrorKind::Usage,
+                            "{}: the shader has it, and it is neither an input nor an output", name);
+    std::vector<std::byte> pushed;
+    if (!constants.is_none()) pushed = BytesOf(constants);
+    if (pushed.size() != shader.pushConstants.bytes)
+        throw MakeError(ErrorKind::Usage, "constants: they have {} bytes, the block of the shader has {}",
+                        pushed.size(), shader.pushConstants.bytes);
+
+    if (pushed.size() > kMaxPushWords * 4)
+        throw MakeError(ErrorKind::Usage, "constants: {} bytes are more than 128", pushed.size());
+
+    const DevicePtr device = DeviceOrDefault(chosen);
+    WithoutGil([&] {
+        testing::PassHarness harness(*device);
+        Renderer& renderer = harness.Graph();
+        renderer.AddShader("pass.comp", words);
+        renderer.BeginFrame();
+        for (auto& [name, bound] : all) {
+            if (!IsImage(bound.binding)) {
+                bound.buffer = bound.isInput ? harness.Buffer(name, std::span<const std::byte>(bound.bytes))
+                                             : renderer.CreateBuffer(name, {.size = bound.bytes.size()});
+            } else {
+                bound.texture = bound.isInput ? harness.Texture(name, bound.extent, bound.format,
+                                                                std::span<const float>(bound.texels))
+                                              : renderer.CreateTexture(name, {bound.extent, bound.format});
+            }
+        }
+        renderer.AddPass(
+            "pass.comp", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("pass.comp");
+                for (auto& [name, bound] : all) {
+                    if (bound.binding.kind == rhi::BindingKind::SampledImage)
+                        pass.Reads(name, bound.texture, rhi::SamplerDesc{});
+                    else if (IsImage(bound.binding) && !bound.binding.isWritable)
+                        pass.Reads(name, bound.texture);
+                    else if (IsImage(bound.binding))
+                        bound.texture = bound.isInput ? pass.Updates(name, bound.texture)
+                                                      : pass.Writes(name, bound.texture);
+                    else if (!bound.binding.isWritable)
+                        pass.Reads(name, bound.buffer);
+                    else
+                        bound.buffer = bound.isInput ? pass.Updates(name, bound.buffer)
+                                                     : pass.Writes(name, bound.buffer);
+                }
+                if (!pushed.empty()) PushWords(pass, pushed, std::make_index_sequence<kMaxPushWords>());
+            },
+            [groups, covered](CommandList& commands) {
+                if (groups)
+                    commands.Dispatch((*groups)[0], (*groups)[1], (*groups)[2]);
+                else
+                    commands.DispatchOver(covered);
+            });
+        for (auto& [name, bound] : all)
+            if (bound.isOutput)
+                bound.result = IsImage(bound.binding) ? renderer.ReadBack(bound.texture)
+                                                      : renderer.ReadBack(bound.buffer);
+        renderer.Execute();
+        for (auto& [name, bound] : all)
+            if (bound.isOutput) bound.bytes = WaitForValues<std::byte>(bound.result);
+        return 0;
+    });
+    py::dict results;
+    for (const auto& [key, value] : outputs) results[key] = ArrayOf(all.at(key.cast<std::string>()));
+    return results;
+}
+
+}  // namespace
+
+void BindPasses(py::module_& module) {
+    module.def("run_pass", &RunPass);
+}
 
 }  // namespace raygraph::python

@@ -166,6 +166,7 @@ PicturePtr Render(Scene& scene, const SettingTexts& texts, const Request& reques
             throw Error(ErrorKind::Usage, "denoise: " + why);
         desc.denoiser = ChoiceOf<passes::Denoiser>("denoise", request.denoiser);
     }
+    scene.Update();
     SceneInput input = scene.InputFor(desc.settings.at.has_value());
     desc.settings.light = ChooseLight(input, desc.settings);
     desc.tonemap = TonemapOf(display, &input, desc.settings);

@@ -1,11 +1,21 @@
-// Scenes from Python: loaded from a file or made of arrays, and edited.
+// Scenes from Python: loaded from a file or made of arrays, and edited. Views name an object of a scene by
+// its index and keep the scene.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "base/printable.h"
+#include "base/text.h"
 #include "editor/session/file/content_hash.h"
 #include "editor/session/settings/as_input.h"
 #include "python/bindings.h"
 #include "renderer/scene/gltf/still_scene.h"
+#include "renderer/scene/model/check.h"
+#include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::python {
 
@@ -14,6 +24,7 @@ using namespace session;
 void Scene::Update() {
     if (!isEdited) return;
     scene::UpdateWorldTransforms(input.data);
+    scene::Check(input.data);
     input.statistics = scene::Statistics(input.data);
     input.hash = HashOf(input.data);
     isEdited = false;
@@ -28,9 +39,28 @@ SceneInput Scene::InputFor(bool isAnimated) const {
 
 namespace {
 
-std::shared_ptr<Scene> Load(const std::filesystem::path& path, std::string sceneName, std::string variant,
-                            const std::string& points, const std::string& lines,
-                            std::filesystem::path environment, std::filesystem::path root) {
+using ScenePtr = std::shared_ptr<Scene>;
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Bytes = py::array_t<uint8_t, py::array::c_style>;
+
+// An object of the list `kList` of a scene.
+template <typename Object, std::vector<Object> scene::SceneData::*kList>
+struct View {
+    ScenePtr scene;
+    uint32_t index = 0;
+
+    const Object& Get() const { return (scene->input.data.*kList)[index]; }
+    Object& Edit() const { return (scene->Edit().*kList)[index]; }
+};
+using NodeView = View<scene::Node, &scene::SceneData::nodes>;
+using MaterialView = View<scene::Material, &scene::SceneData::materials>;
+using LightView = View<scene::Light, &scene::SceneData::lights>;
+using CameraView = View<scene::Camera, &scene::SceneData::cameras>;
+
+ScenePtr Load(const std::filesystem::path& path, std::string sceneName, std::string variant,
+              const std::string& points, const std::string& lines, std::filesystem::path environment,
+              std::filesystem::path root) {
     InputOptions options{.scene = std::move(sceneName), .variant = std::move(variant), .isAnimated = true};
     options.pointsAndLines = {scene::ParseRoundRadius(points), scene::ParseRoundRadius(lines)};
     options.root = std::move(root);
@@ -43,13 +73,578 @@ std::shared_ptr<Scene> Load(const std::filesystem::path& path, std::string scene
     });
 }
 
+// --- Values ---
+
+std::string ShapeText(const py::array& array) {
+    std::string text = "(";
+    for (py::ssize_t i = 0; i < array.ndim(); ++i) text += Text("{}{}", i > 0 ? ", " : "", array.shape(i));
+    return text + ")";
+}
+
+// Returns the rows of an array of shape (n, N).
+template <int N>
+std::vector<glm::vec<N, float>> RowsOf(const char* name, const Floats& array) {
+    if (array.ndim() != 2 || array.shape(1) != N)
+        throw MakeError(ErrorKind::Usage, "{}: the shape is {}, not (n, {})", name, ShapeText(array), N);
+    std::vector<glm::vec<N, float>> rows(static_cast<size_t>(array.shape(0)));
+    static_assert(sizeof(rows[0]) == N * sizeof(float));
+    if (!rows.empty())
+        std::memcpy(static_cast<void*>(rows.data()), array.data(), rows.size() * sizeof(rows[0]));
+    return rows;
+}
+
+// Returns the matrix of (4, 4) or (3, 4) numbers, of column vectors, whose translation is in the last column.
+scene::PlacedTransform TransformOf(const Doubles& array) {
+    if (array.ndim() != 2 || (array.shape(0) != 4 && array.shape(0) != 3) || array.shape(1) != 4)
+        throw MakeError(ErrorKind::Usage, "matrix: the shape is {}, not (4, 4)", ShapeText(array));
+    scene::PlacedTransform placed;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 4; ++column)
+            placed.matrix[column][row] = static_cast<float>(array.at(row, column));
+        placed.rest[row] = static_cast<float>(array.at(row, 3) - double{placed.matrix[3][row]});
+    }
+    return placed;
+}
+
+py::array ArrayOf(const scene::PlacedTransform& placed) {
+    Doubles array({4, 4});
+    const glm::dvec3 place = placed.Place();
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            array.mutable_at(row, column) = row == 3      ? (column == 3 ? 1.0 : 0.0)
+                                            : column == 3 ? place[row]
+                                                          : double{placed.matrix[column][row]};
+    return array;
+}
+
+template <int N>
+glm::vec<N, float> VectorOf(const py::object& value) {
+    const auto numbers = value.cast<std::array<float, N>>();
+    glm::vec<N, float> vector;
+    for (int i = 0; i < N; ++i) vector[i] = numbers[static_cast<size_t>(i)];
+    return vector;
+}
+template <int N>
+py::tuple TupleOf(const glm::vec<N, float>& vector) {
+    py::tuple tuple(N);
+    for (int i = 0; i < N; ++i) tuple[static_cast<size_t>(i)] = vector[i];
+    return tuple;
+}
+
+// "base_color_factor" for baseColorFactor, "double_sided" for isDoubleSided.
+std::string AttributeName(std::string_view name) {
+    if (name.starts_with("is")) name.remove_prefix(2);
+    std::string attribute;
+    for (const char c : name) {
+        if (std::isupper(c) && !attribute.empty()) attribute += '_';
+        attribute += static_cast<char>(std::tolower(c));
+    }
+    return attribute;
+}
+
+py::object ToPython(float value) {
+    return py::float_(value);
+}
+py::object ToPython(bool value) {
+    return py::bool_(value);
+}
+py::object ToPython(uint32_t value) {
+    return py::int_(value);
+}
+py::object ToPython(scene::AlphaMode value) {
+    return py::str(Name(value));
+}
+template <int N>
+py::object ToPython(const glm::vec<N, float>& value) {
+    return TupleOf<N>(value);
+}
+
+void FromPython(const py::object& value, float& to) {
+    to = value.cast<float>();
+}
+void FromPython(const py::object& value, bool& to) {
+    to = value.cast<bool>();
+}
+void FromPython(const py::object& value, uint32_t& to) {
+    to = value.cast<uint32_t>();
+}
+void FromPython(const py::object& value, scene::AlphaMode& to) {
+    const auto text = value.cast<std::string>();
+    for (const scene::AlphaMode mode : Values<scene::AlphaMode>())
+        if (text == Name(mode)) {
+            to = mode;
+            return;
+        }
+    throw MakeError(ErrorKind::Usage, "alpha_mode: {} is none of opaque, mask, blend", Quoted(text));
+}
+template <int N>
+void FromPython(const py::object& value, glm::vec<N, float>& to) {
+    to = VectorOf<N>(value);
+}
+
+// Sets a field of a copy, which is checked before it takes the place of the object.
+template <typename Object, typename ViewOfObject, typename T>
+void SetChecked(const ViewOfObject& view, T Object::*member, const py::object& value, const char* list) {
+    Object edited = view.Get();
+    FromPython(value, edited.*member);
+    scene::Check(edited, Text("{}[{}]", list, view.index));
+    view.Edit() = std::move(edited);
+}
+
+// --- Nodes, materials, lights, cameras ---
+
+template <typename ViewOfObject>
+std::vector<ViewOfObject> ViewsOf(const ScenePtr& scene, size_t count) {
+    std::vector<ViewOfObject> views;
+    for (uint32_t i = 0; i < count; ++i) views.push_back({scene, i});
+    return views;
+}
+
+// Binds what all views have.
+template <typename ViewOfObject>
+py::class_<ViewOfObject> BindView(py::module_& module, const char* name, const char* text) {
+    return py::class_<ViewOfObject>(module, name, text)
+        .def_readonly("index", &ViewOfObject::index)
+        .def_property(
+            "name", [](const ViewOfObject& view) { return view.Get().name; },
+            [](const ViewOfObject& view, std::string value) { view.Edit().name = std::move(value); })
+        .def("__repr__", [name = std::string(name)](const ViewOfObject& view) {
+            return Text("<raygraph.{} {} {}>", name, view.index, Quoted(view.Get().name));
+        });
+}
+
+void SetMatrix(const NodeView& view, const Doubles& array) {
+    const scene::PlacedTransform placed = TransformOf(array);
+    scene::Node& node = view.Edit();
+    node.matrix = placed.matrix;
+    node.translationResidual = placed.rest;
+}
+
+scene::Node& WithoutMatrix(const NodeView& view) {
+    scene::Node& node = view.Edit();
+    if (node.matrix)
+        throw MakeError(ErrorKind::Usage,
+                        "nodes[{}] has a matrix, of which only the translation can be set alone", view.index);
+    return node;
+}
+
+void BindNodes(py::module_& module) {
+    BindView<NodeView>(module, "Node", "A node of a scene, which places what it has and the nodes below it.")
+        .def_property(
+            "matrix",
+            [](const NodeView& view) {
+                return ArrayOf({view.Get().LocalTransform(), view.Get().translationResidual});
+            },
+            &SetMatrix)
+        .def_property_readonly(
+            "world_matrix",
+            [](const NodeView& view) { return ArrayOf(WorldTransforms(view.scene->input.data)[view.index]); })
+        .def_property(
+            "translation",
+            [](const NodeView& view) {
+                return TupleOf<3>(view.Get().matrix ? (*view.Get().matrix)[3] : view.Get().translation);
+            },
+            [](const NodeView& view, const py::object& value) {
+                const glm::vec3 place = VectorOf<3>(value);
+                scene::Node& node = view.Edit();
+                (node.matrix ? (*node.matrix)[3] : node.translation) = place;
+                node.translationResidual = {};
+            })
+        .def_property(
+            "rotation",
+            [](const NodeView& view) {
+                const glm::quat& q = view.Get().rotation;
+                return py::make_tuple(q.x, q.y, q.z, q.w);
+            },
+            [](const NodeView& view, const py::object& value) {
+                const glm::vec4 q = VectorOf<4>(value);
+                const float length = glm::length(q);
+                if (!(length > 0.0f) || !std::isfinite(length))
+                    throw MakeError(ErrorKind::Usage, "nodes[{}]: the rotation is no quaternion", view.index);
+                WithoutMatrix(view).rotation =
+                    glm::quat(q.w / length, q.x / length, q.y / length, q.z / length);
+            })
+        .def_property(
+            "scale", [](const NodeView& view) { return TupleOf<3>(view.Get().scale); },
+            [](const NodeView& view, const py::object& value) {
+                const glm::vec3 scale = VectorOf<3>(value);
+                WithoutMatrix(view).scale = scale;
+            })
+        .def_property(
+            "visible", [](const NodeView& view) { return view.Get().isVisible; },
+            [](const NodeView& view, bool value) { view.Edit().isVisible = value; })
+        .def_property_readonly("parent", [](const NodeView& view) -> std::optional<NodeView> {
+            if (view.Get().parent == scene::kNone) return std::nullopt;
+            return NodeView{view.scene, view.Get().parent};
+        });
+}
+
+// An array of texels as a texture of the scene, which a field of a material then names.
+void SetTexture(const MaterialView& view, const scene::TextureField& field, const py::object& value) {
+    scene::TextureRef& reference = view.Edit().*field.member;
+    if (value.is_none()) {
+        reference = {};
+        return;
+    }
+    const Bytes texels = Bytes::ensure(value);
+    if (!texels || !py::isinstance<Bytes>(value) || texels.ndim() != 3 || texels.shape(2) < 3 ||
+        texels.shape(2) > 4 || texels.shape(0) < 1 || texels.shape(1) < 1)
+        throw MakeError(ErrorKind::Usage, "{}: it is uint8 of (height, width, 3 or 4)",
+                        AttributeName(field.name));
+    scene::SceneData& data = view.scene->Edit();
+    scene::ImageData image{.name = view.Get().name + "." + AttributeName(field.name),
+                           .width = static_cast<uint32_t>(texels.shape(1)),
+                           .height = static_cast<uint32_t>(texels.shape(0))};
+    const auto channels = static_cast<size_t>(texels.shape(2));
+    const size_t count = size_t{image.width} * image.height;
+    image.rgba.assign(4 * count, 255);
+    for (size_t i = 0; i < count; ++i)
+        std::copy_n(texels.data() + i * channels, channels,
+                    image.rgba.begin() + static_cast<ptrdiff_t>(4 * i));
+    data.images.push_back(std::move(image));
+    data.textures.push_back({.name = data.images.back().name,
+                             .image = static_cast<uint32_t>(data.images.size() - 1),
+                             .colorSpace = field.colorSpace});
+    reference.texture = static_cast<int32_t>(data.textures.size() - 1);
+}
+
+py::object TexelsOf(const MaterialView& view, const scene::TextureRef& reference) {
+    if (!reference.IsPresent()) return py::none();
+    const scene::SceneData& data = view.scene->input.data;
+    const scene::ImageData& image = data.images[data.textures[static_cast<size_t>(reference.texture)].image];
+    Bytes texels(
+        {static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width), py::ssize_t{4}});
+    std::copy(image.rgba.begin(), image.rgba.end(), texels.mutable_data());
+    return texels;
+}
+
+void BindMaterials(py::module_& module) {
+    auto material = BindView<MaterialView>(module, "Material",
+                                           "A material: the fields of glTF and its extensions. A texture is "
+                                           "uint8 of (height, width, 3 or 4), or None.");
+    scene::ForEachMaterialField([&](const auto& field) {
+        const auto member = field.member;
+        const std::string name = AttributeName(field.name);
+        if constexpr (std::is_same_v<std::decay_t<decltype(field)>, scene::TextureField>) {
+            const scene::TextureField texture = field;
+            material.def_property(
+                name.c_str(),
+                [member](const MaterialView& view) { return TexelsOf(view, view.Get().*member); },
+                [texture](const MaterialView& view, const py::object& value) {
+                    SetTexture(view, texture, value);
+                });
+        } else {
+            material.def_property(
+                name.c_str(), [member](const MaterialView& view) { return ToPython(view.Get().*member); },
+                [member](const MaterialView& view, const py::object& value) {
+                    SetChecked<scene::Material>(view, member, value, "materials");
+                });
+        }
+    });
+}
+
+template <typename ViewOfObject>
+std::optional<NodeView> NodeOf(const ViewOfObject& view) {
+    if (view.Get().node == scene::kNone) return std::nullopt;
+    return NodeView{view.scene, view.Get().node};
+}
+
+void BindLights(py::module_& module) {
+    auto light = BindView<LightView>(module, "Light",
+                                     "A light, in cd or, a directional one, lx; along -z of its node.");
+    light.def_property_readonly("kind", [](const LightView& view) { return Name(view.Get().type); })
+        .def_property_readonly("node", &NodeOf<LightView>);
+    std::apply(
+        [&](const auto&... fields) {
+            const auto bind = [&](const auto& field) {
+                const auto member = field.member;
+                light.def_property(
+                    AttributeName(field.name).c_str(),
+                    [member](const LightView& view) { return ToPython(view.Get().*member); },
+                    [member](const LightView& view, const py::object& value) {
+                        SetChecked<scene::Light>(view, member, value, "lights");
+                    });
+            };
+            (bind(fields), ...);
+        },
+        scene::light_fields::kAll);
+}
+
+void BindCameras(py::module_& module) {
+    const auto number = [](float scene::Camera::*member) {
+        return std::pair([member](const CameraView& view) { return view.Get().*member; },
+                         [member](const CameraView& view, float value) { view.Edit().*member = value; });
+    };
+    const auto yFov = number(&scene::Camera::yFov), xMag = number(&scene::Camera::xMag),
+               yMag = number(&scene::Camera::yMag);
+    BindView<CameraView>(
+        module, "Camera",
+        "A camera, along -z of its node: perspective with the vertical angle y_fov in radians, or "
+        "orthographic with half the width and height x_mag and y_mag in meters.")
+        .def_property_readonly("node", &NodeOf<CameraView>)
+        .def_property_readonly(
+            "orthographic",
+            [](const CameraView& view) { return view.Get().projection == scene::Projection::Orthographic; })
+        .def_property("y_fov", yFov.first, yFov.second)
+        .def_property("x_mag", xMag.first, xMag.second)
+        .def_property("y_mag", yMag.first, yMag.second);
+}
+
+// --- Scenes made of arrays ---
+
+NodeView AddNode(const ScenePtr& scene, std::string name, const std::optional<NodeView>& parent,
+                 const std::optional<Doubles>& matrix) {
+    if (parent && parent->scene != scene) throw Error(ErrorKind::Usage, "parent: it is of another scene");
+    scene::Node node{.name = std::move(name)};
+    if (matrix) {
+        const scene::PlacedTransform placed = TransformOf(*matrix);
+        node.matrix = placed.matrix;
+        node.translationResidual = placed.rest;
+    }
+    if (parent) node.parent = parent->index;
+    scene::SceneData& data = scene->Edit();
+    const auto index = static_cast<uint32_t>(data.nodes.size());
+    data.nodes.push_back(std::move(node));
+    data.nodeOrder.push_back(index);
+    return {scene, index};
+}
+
+MaterialView AddMaterial(const ScenePtr& scene, std::string name) {
+    std::vector<scene::Material>& materials = scene->Edit().materials;
+    materials.push_back({.name = std::move(name)});
+    return {scene, static_cast<uint32_t>(materials.size() - 1)};
+}
+
+std::vector<uint32_t> IndicesOf(const py::object& value, size_t vertexCount) {
+    std::vector<uint32_t> indices;
+    if (value.is_none()) {
+        for (uint32_t i = 0; i < vertexCount; ++i) indices.push_back(i);
+    } else {
+        const py::array given = py::array::ensure(value);
+        const char kind = given ? given.dtype().kind() : ' ';
+        const bool isTriples = given && (given.ndim() == 1 || (given.ndim() == 2 && given.shape(1) == 3));
+        if ((kind != 'i' && kind != 'u') || !isTriples)
+            throw MakeError(ErrorKind::Usage, "indices: they are integers of (n, 3) or (3 n,)");
+        const py::array_t<int64_t, py::array::c_style | py::array::forcecast> numbers(given);
+        for (py::ssize_t i = 0; i < numbers.size(); ++i) {
+            const int64_t index = numbers.data()[i];
+            if (index < 0 || static_cast<uint64_t>(index) >= vertexCount)
+                throw MakeError(ErrorKind::Usage, "indices: {} is not below the {} positions", index,
+                                vertexCount);
+            indices.push_back(static_cast<uint32_t>(index));
+        }
+    }
+    if (indices.size() % 3 != 0)
+        throw MakeError(ErrorKind::Usage, "indices: {} are no triangles", indices.size());
+    return indices;
+}
+
+// Gives each triangle its own vertices and normal, as the importer does to meshes without normals.
+void MakeFlat(scene::Primitive& primitive) {
+    const auto split = [&](auto& stream) {
+        if (stream.empty()) return;
+        auto own = stream;
+        own.clear();
+        for (const uint32_t index : primitive.indices) own.push_back(stream[index]);
+        stream = std::move(own);
+    };
+    split(primitive.positions);
+    split(primitive.uv0);
+    split(primitive.colors);
+    for (size_t i = 0; i < primitive.indices.size(); ++i) primitive.indices[i] = static_cast<uint32_t>(i);
+    for (size_t i = 0; i + 2 < primitive.positions.size(); i += 3) {
+        const glm::dvec3 a(primitive.positions[i]), b(primitive.positions[i + 1]),
+            c(primitive.positions[i + 2]);
+        const glm::dvec3 normal = glm::cross(b - a, c - a);
+        const double length = glm::length(normal);
+        primitive.normals.insert(primitive.normals.end(), 3,
+                                 length > 0.0 ? glm::vec3(normal / length) : glm::vec3(0.0f, 0.0f, 1.0f));
+    }
+    primitive.hasFlatNormals = true;
+}
+
+NodeView Place(const ScenePtr& scene, scene::Primitive primitive, std::optional<MaterialView> material,
+               const std::string& name, const std::optional<NodeView>& parent,
+               const std::optional<Doubles>& matrix) {
+    if (material && material->scene != scene)
+        throw Error(ErrorKind::Usage, "material: it is of another scene");
+    const NodeView node = AddNode(scene, name, parent, matrix);
+    if (!material) material = AddMaterial(scene, name);
+    scene::SceneData& data = scene->Edit();
+    primitive.material = material->index;
+    data.meshes.push_back({.name = name, .primitives = {}});
+    data.meshes.back().primitives.push_back(std::move(primitive));
+    const auto mesh = static_cast<uint32_t>(data.meshes.size() - 1);
+    data.nodes[node.index].mesh = mesh;
+    data.instances.push_back({.mesh = mesh, .node = node.index});
+    return node;
+}
+
+NodeView AddMesh(const ScenePtr& scene, const Floats& positions, const py::object& indices,
+                 const std::optional<Floats>& normals, const std::optional<Floats>& uvs,
+                 const std::optional<Floats>& colors, const std::optional<Floats>& tangents,
+                 const std::optional<MaterialView>& material, const std::string& name,
+                 const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
+    scene::Primitive primitive;
+    primitive.positions = RowsOf<3>("positions", positions);
+    const size_t count = primitive.positions.size();
+    const auto stream = [&](const char* what, size_t rows) {
+        if (rows != count)
+            throw MakeError(ErrorKind::Usage, "{}: there are {}, and {} positions", what, rows, count);
+    };
+    primitive.indices = IndicesOf(indices, count);
+    if (primitive.indices.empty()) throw Error(ErrorKind::Usage, "positions: there is no triangle");
+    for (const glm::vec3& position : primitive.positions)
+        if (!scene::IsFinite(position)) throw Error(ErrorKind::Usage, "positions: one is not finite");
+    if (uvs) stream("uvs", (primitive.uv0 = RowsOf<2>("uvs", *uvs)).size());
+    if (colors) {
+        if (colors->ndim() == 2 && colors->shape(1) == 3)
+            for (const glm::vec3& color : RowsOf<3>("colors", *colors))
+                primitive.colors.push_back({color, 1.0f});
+        else
+            primitive.colors = RowsOf<4>("colors", *colors);
+        stream("colors", primitive.colors.size());
+    }
+    if (normals) {
+        stream("normals", (primitive.normals = RowsOf<3>("normals", *normals)).size());
+        for (glm::vec3& normal : primitive.normals) {
+            const float length = glm::length(normal);
+            if (!(length > 0.0f) || !std::isfinite(length))
+                throw Error(ErrorKind::Usage, "normals: one has no direction");
+            normal /= length;
+        }
+        if (tangents) stream("tangents", (primitive.tangents = RowsOf<4>("tangents", *tangents)).size());
+    } else {
+        if (tangents) throw Error(ErrorKind::Usage, "tangents: they need normals");
+        MakeFlat(primitive);
+    }
+    primitive.bounds = scene::BoundsOf(primitive.positions);
+    return Place(scene, std::move(primitive), material, name, parent, matrix);
+}
+
+NodeView AddSpheres(const ScenePtr& scene, const Floats& centers, const py::object& radii,
+                    const std::optional<Floats>& colors, const std::optional<MaterialView>& material,
+                    const std::string& name, const std::optional<NodeView>& parent,
+                    const std::optional<Doubles>& matrix) {
+    scene::Primitive primitive;
+    primitive.positions = RowsOf<3>("centers", centers);
+    const size_t count = primitive.positions.size();
+    const Floats given(radii);
+    if (given.size() != 1 && static_cast<size_t>(given.size()) != count)
+        throw MakeError(ErrorKind::Usage, "radii: there are {}, and {} centers", given.size(), count);
+    for (uint32_t i = 0; i < count; ++i) {
+        primitive.indices.insert(primitive.indices.end(), 2, i);
+        primitive.radii.push_back(given.data()[given.size() == 1 ? 0 : i]);
+    }
+    if (colors) {
+        for (const glm::vec3& color : RowsOf<3>("colors", *colors)) primitive.colors.push_back({color, 1.0f});
+        if (primitive.colors.size() != count)
+            throw MakeError(ErrorKind::Usage, "colors: there are {}, and {} centers", primitive.colors.size(),
+                            count);
+    }
+    primitive.bounds = scene::RoundBounds(primitive);
+    return Place(scene, std::move(primitive), material, name, parent, matrix);
+}
+
+LightView AddLight(const ScenePtr& scene, const std::string& kind, std::string name,
+                   const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
+    for (const scene::LightType type : Values<scene::LightType>())
+        if (kind == Name(type)) {
+            const NodeView node = AddNode(scene, name, parent, matrix);
+            std::vector<scene::Light>& lights = scene->Edit().lights;
+            lights.push_back({.name = std::move(name), .node = node.index, .type = type});
+            return {scene, static_cast<uint32_t>(lights.size() - 1)};
+        }
+    throw MakeError(ErrorKind::Usage, "kind: {} is none of directional, point, spot", Quoted(kind));
+}
+
+void SetEnvironmentMap(Scene& scene, const Floats& map, std::string name) {
+    if (map.ndim() != 3 || map.shape(2) < 3 || map.shape(2) > 4)
+        throw MakeError(ErrorKind::Usage, "environment: the shape is {}, not (height, width, 3)",
+                        ShapeText(map));
+    image::ImageF image{static_cast<uint32_t>(map.shape(1)), static_cast<uint32_t>(map.shape(0)), {}};
+    const auto channels = static_cast<size_t>(map.shape(2));
+    const size_t count = size_t{image.width} * image.height;
+    image.rgba.assign(4 * count, 1.0f);
+    for (size_t i = 0; i < count; ++i) {
+        const float* texel = map.data() + i * channels;
+        for (size_t c = 0; c < 3; ++c) {
+            if (!(texel[c] >= 0.0f) || !std::isfinite(texel[c]))
+                throw MakeError(ErrorKind::Usage, "environment: {} is no radiance", texel[c]);
+            image.rgba[4 * i + c] = texel[c];
+        }
+    }
+    SetEnvironment(scene.input, std::move(image), std::move(name));
+}
+
 }  // namespace
 
 void BindScene(py::module_& module) {
-    py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene",
-                                              "A scene, to be rendered and edited. Units are those of glTF: "
-                                              "meters, radians, candela and lux; +y is up.")
-        .def_property_readonly("file", [](const Scene& scene) { return scene.input.file; });
+    BindNodes(module);
+    BindMaterials(module);
+    BindLights(module);
+    BindCameras(module);
+    py::class_<Scene, ScenePtr>(module, "Scene",
+                                "A scene, to be rendered and edited; Scene() is empty. Units are those of "
+                                "glTF: meters, radians, candela "
+                                "and lux; +y is up.")
+        .def(py::init([] {
+            auto scene = std::make_shared<Scene>();
+            scene->input = MakeInput({}, "python");
+            return scene;
+        }))
+        .def_property_readonly("file", [](const Scene& scene) { return scene.input.file; })
+        .def_property_readonly("bounds",
+                               [](Scene& scene) -> py::object {
+                                   scene.Update();
+                                   const scene::Bounds& box = scene.input.data.bounds;
+                                   if (box.IsEmpty()) return py::none();
+                                   return py::make_tuple(TupleOf<3>(box.min), TupleOf<3>(box.max));
+                               })
+        .def_property_readonly(
+            "nodes",
+            [](const ScenePtr& scene) { return ViewsOf<NodeView>(scene, scene->input.data.nodes.size()); })
+        .def_property_readonly("materials",
+                               [](const ScenePtr& scene) {
+                                   return ViewsOf<MaterialView>(scene, scene->input.data.materials.size());
+                               })
+        .def_property_readonly(
+            "lights",
+            [](const ScenePtr& scene) { return ViewsOf<LightView>(scene, scene->input.data.lights.size()); })
+        .def_property_readonly("cameras",
+                               [](const ScenePtr& scene) {
+                                   return ViewsOf<CameraView>(scene, scene->input.data.cameras.size());
+                               })
+        .def("add_node", &AddNode, py::arg("name") = "", py::kw_only(), py::arg("parent") = py::none(),
+             py::arg("matrix") = py::none(), "Adds a node that places nothing, and returns it.")
+        .def("add_mesh", &AddMesh, py::arg("positions"), py::arg("indices") = py::none(), py::kw_only(),
+             py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("colors") = py::none(),
+             py::arg("tangents") = py::none(), py::arg("material") = py::none(), py::arg("name") = "",
+             py::arg("parent") = py::none(), py::arg("matrix") = py::none(),
+             "Adds triangles and returns the node that places them. positions: (n, 3), meters. indices: "
+             "integers of "
+             "(m, 3) or (3 m,), counter-clockwise from the front; None: each three positions are a triangle. "
+             "normals: (n, 3); None: those of the triangles. uvs: (n, 2), (0, 0) is the upper left corner of "
+             "a "
+             "texture. colors: (n, 3 or 4), linear. tangents: (n, 4), for normal maps. material: None is a "
+             "new one. "
+             "matrix: (4, 4), of column vectors. Raises Error of kind usage.")
+        .def("add_spheres", &AddSpheres, py::arg("centers"), py::arg("radii"), py::kw_only(),
+             py::arg("colors") = py::none(), py::arg("material") = py::none(), py::arg("name") = "",
+             py::arg("parent") = py::none(), py::arg("matrix") = py::none(),
+             "Adds spheres and returns the node that places them. centers: (n, 3); radii: (n,) or one "
+             "number, meters; "
+             "colors: (n, 3), linear.")
+        .def("_add_material", &AddMaterial)
+        .def("_add_light", &AddLight)
+        .def("_load_environment",
+             [](Scene& scene, const std::filesystem::path& path) {
+                 WithoutGil([&] {
+                     LoadEnvironment(scene.input, path, LogToPython());
+                     return 0;
+                 });
+             })
+        .def("_set_environment", &SetEnvironmentMap);
     module.def("load", &Load);
 }
 

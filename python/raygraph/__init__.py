@@ -15,21 +15,30 @@ threads; edits of a scene wait for no render, since a render takes a copy.
 import os as _os
 
 from . import _core
-from ._core import Device, Error, Progress, Scene, __version__, devices, set_default_device
+from ._core import (Camera, Device, Error, Light, Material, Node, Progress, Scene, __version__, devices,
+                    set_default_device)
 
 __all__ = [
+    "Camera",
     "Device",
     "Error",
+    "Light",
+    "Material",
+    "Node",
     "Picture",
     "Progress",
     "Scene",
+    "compare",
     "devices",
+    "explain",
     "load",
     "look_at",
     "merge",
     "read",
     "render",
+    "run_pass",
     "set_default_device",
+    "verify",
 ]
 
 
@@ -44,6 +53,41 @@ def load(path, *, scene="", variant="", points="off", lines="off", env="", root=
     Raises Error of kind bad_input that names the file.
     """
     return _core.load(path, str(scene), str(variant), str(points), str(lines), env, root)
+
+
+def _with_fields(view, fields):
+    for name, value in fields.items():
+        if name.startswith("_") or not hasattr(type(view), name):
+            raise TypeError(f"{name} is no field of a {type(view).__name__.lower()}")
+        setattr(view, name, value)
+    return view
+
+
+def _add_material(self, name="", **fields):
+    """Adds a material, glTF's default with these fields, as base_color_factor=(1, 0, 0, 1), and returns it."""
+    return _with_fields(self._add_material(name), fields)
+
+
+def _add_light(self, kind, *, name="", parent=None, matrix=None, **fields):
+    """Adds a light and the node that places it, and returns the light.
+
+    kind: "point" or "spot", intensity in cd; or "directional", in lx. All shine along -z of the node.
+    """
+    return _with_fields(self._add_light(kind, name, parent, matrix), fields)
+
+
+def _set_environment(self, environment, name="environment"):
+    """Lights the scene by an equirectangular map: a .hdr or .exr, or an array of (height, width, 3), linear radiance
+    from the top."""
+    if isinstance(environment, (str, _os.PathLike)):
+        self._load_environment(environment)
+    else:
+        self._set_environment(environment, name)
+
+
+Scene.add_material = _add_material
+Scene.add_light = _add_light
+Scene.set_environment = _set_environment
 
 
 def look_at(eye, target, up=(0.0, 1.0, 0.0), fov=40.0):
@@ -194,3 +238,67 @@ def merge(pictures):
         else:
             parts.append((_os.fspath(picture), _core.read(_os.fspath(picture))))
     return Picture(_core.merge(parts))
+
+
+def _judged(name, picture):
+    """What the comparing functions take: a path, or radiance with the variance of its mean."""
+    if isinstance(picture, Picture):
+        variance = picture["variance"] / picture.samples if "variance" in picture and picture.samples > 1 else None
+        return name, picture["color"], variance, picture.samples
+    if isinstance(picture, (str, _os.PathLike)):
+        return name, _os.fspath(picture)
+    return name, picture, None, 0
+
+
+def compare(reference, picture, *, exposure=0.0, device=None):
+    """Compares two pictures of one size, each a Picture, a file or an array (height, width, 3 or 4), linear.
+
+    Returns a dictionary: rel_mse and the share rel_mse_of_noise that noise explains, flip, ssim, mean,
+    mean_of_reference, flip_map of (height, width), and where a variance is known z: rms, beyond_three,
+    differs_without_noise, of_mean. Numbers are those of `raygraph compare`. Raises Error of kind bad_input.
+    """
+    return _core.compare(_judged("reference", reference), _judged("picture", picture), exposure, device)
+
+
+def verify(scene, picture, *, size=None, tolerance=0.05, max_samples=1024, cache="", device=None, **settings):
+    """Renders a reference of the scene until it can judge a picture, as `raygraph verify` does, and judges it.
+
+    tolerance: the relative error of a tile and a pixel that is right. cache: a folder that keeps references; "":
+    none. settings: those of render(); the size is the picture's.
+
+    Returns the dictionary of compare() with is_right, is_decided, reference_samples, the list `checks` (name, value,
+    limit, is_passed, where) and, of a picture that is not right, `causes` (kind, name, text, explained), best first.
+    """
+    return _core.verify(scene, _judged("picture", picture), _settings(size, settings), tolerance, max_samples,
+                        _os.fspath(cache), device)
+
+
+def explain(scene, pixel, *, size=None, brightest=1, sample=None, first_sample=0, sample_count=64, device=None,
+            **settings):
+    """Says why a pixel (x, y) of render(scene, ...) has its color, by tracing its samples again.
+
+    Of the samples from first_sample on, so many of the brightest are explained; or `sample` alone.
+
+    Returns a dictionary: text, as `raygraph explain` prints it, mean, relative_error, values of (samples, 3) and the
+    list `paths` (sample, value, cause, is_exact, vertices). Raises Error of kind usage.
+    """
+    return _core.explain(scene, pixel, _settings(size, settings), brightest, sample, first_sample, sample_count, device)
+
+
+def run_pass(glsl, inputs=None, outputs=None, *, constants=None, groups=None, include="", device=None):
+    """Runs a compute shader once, as a pass of the graph, and returns a dictionary of the outputs.
+
+    glsl: its text, from #version on. Bindings of set 0 are known by their names in it.
+    inputs: arrays by name: for an image of (height, width) or (height, width, channels), converted to the format that
+        the shader declares; for a buffer any array, byte for byte.
+    outputs: by name, for an image its (height, width), for a buffer an array of the type and shape of the result. A
+        binding that is also an input keeps its contents where the shader writes nothing; its value here is not read,
+        but for a buffer's type.
+    constants: the push constants as an array, such as numpy.float32(0.5) or one of a structured type.
+    groups: (x, y, z) workgroups; None: as many as cover the last image of the outputs.
+    include: the folder in which #include looks.
+
+    Images return as float32. Raises Error: of kind bad_input for GLSL that does not compile, with its lines; of kind
+    usage for a binding that is missing or of another kind.
+    """
+    return _core.run_pass(glsl, dict(inputs or {}), dict(outputs or {}), constants, groups, _os.fspath(include), device)

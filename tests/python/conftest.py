@@ -7,6 +7,7 @@ import pytest
 import raygraph as rg
 
 SCENES = pathlib.Path(os.environ["RAYGRAPH_SCENES"]).resolve()
+EXAMPLES = pathlib.Path(rg.__file__).resolve().parent.parent / "examples"
 PROGRAM = os.environ["RAYGRAPH_PROGRAM"]
 
 

@@ -1,5 +1,4 @@
 import os
-import pathlib
 import runpy
 import signal
 import subprocess
@@ -10,9 +9,8 @@ import numpy as np
 import pytest
 
 import raygraph as rg
-from conftest import SCENES, run_program
+from conftest import EXAMPLES, SCENES, run_program
 
-EXAMPLES = pathlib.Path(rg.__file__).resolve().parent.parent / "examples"
 SMALL = {"size": (16, 12), "spp": 2}
 
 

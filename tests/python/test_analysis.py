@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+import raygraph as rg
+from conftest import SCENES, run_program
+
+SMALL = {"size": (16, 16), "max_depth": 2}
+
+
+def test_comparison_has_the_numbers_of_the_program(cornell, tmp_path):
+    pictures = [rg.render(cornell, spp=4, seed=seed, **SMALL) for seed in (1, 2)]
+    for index, picture in enumerate(pictures):
+        picture.save(tmp_path / f"{index}.exr")
+    ran = run_program("compare", tmp_path / "0.exr", tmp_path / "1.exr", "--json", tmp_path / "c.json")
+    assert ran.returncode == 0, ran.stderr
+    difference = rg.compare(*pictures)
+    of_files = rg.compare(tmp_path / "0.exr", tmp_path / "1.exr")
+    for name in ("rel_mse", "flip", "ssim"):
+        assert difference[name] == pytest.approx(of_files[name], rel=1e-6)
+    text = (tmp_path / "c.json").read_text()
+    assert f"{of_files['flip']:.5g}"[:6] in text
+    assert difference["flip_map"].shape == (16, 16)
+    assert rg.compare(pictures[0]["color"], pictures[0])["flip"] == 0
+
+
+def test_planted_mistake_is_judged(cornell):
+    picture = rg.render(cornell, spp=64, **SMALL)
+    assert rg.verify(cornell, picture, max_samples=64, max_depth=2)["is_right"]
+    wrong = rg.verify(cornell, picture["color"] * 1.5, max_samples=64, max_depth=2)
+    assert not wrong["is_right"] and wrong["causes"]
+    assert any(not check["is_passed"] for check in wrong["checks"])
+
+
+def test_explanation_is_that_of_the_program(cornell):
+    ran = run_program("explain", SCENES / "cornell.gltf", "--pixel", "8,8", "--size", "16x16", "--max-depth", "2")
+    explained = rg.explain(cornell, (8, 8), **SMALL)
+    assert ran.returncode == 0 and explained["text"] == ran.stdout
+    assert explained["values"].shape == (64, 3)
+    np.testing.assert_allclose(explained["values"].mean(0), explained["mean"], rtol=1e-4, atol=1e-6)
+    with pytest.raises(rg.Error) as raised:
+        rg.explain(cornell, (99, 8), **SMALL)
+    assert raised.value.kind == "usage"

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+import raygraph as rg
+
+SCALE = """#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0, rgba32f) readonly uniform image2D picture;
+layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D scaled;
+layout(push_constant) uniform Constants { float factor; } constants;
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, imageSize(scaled)))) return;
+    imageStore(scaled, pixel, imageLoad(picture, pixel) * constants.factor);
+}
+"""
+SQUARES = """#version 460
+layout(local_size_x = 4) in;
+layout(set = 0, binding = 0) readonly buffer Numbers { int at[]; } numbers;
+layout(set = 0, binding = 1) writeonly buffer Squares { int at[]; } squares;
+void main() { squares.at[gl_GlobalInvocationID.x] = numbers.at[gl_GlobalInvocationID.x] * numbers.at[gl_GlobalInvocationID.x]; }
+"""
+
+
+def test_pass_takes_and_returns_images():
+    picture = np.arange(5 * 9 * 4, dtype=np.float32).reshape(5, 9, 4)
+    scaled = rg.run_pass(SCALE, {"picture": picture}, {"scaled": (5, 9)}, constants=np.float32(0.5))["scaled"]
+    assert scaled.dtype == np.float32
+    np.testing.assert_array_equal(scaled, picture * 0.5)
+
+
+def test_pass_takes_and_returns_buffers():
+    numbers = np.arange(8, dtype=np.int32)
+    squares = rg.run_pass(SQUARES, {"numbers": numbers}, {"squares": np.empty((2, 4), np.int32)}, groups=(2, 1, 1))
+    np.testing.assert_array_equal(squares["squares"], (numbers**2).reshape(2, 4))
+
+
+def test_picture_goes_through_a_pass(cornell):
+    color = rg.render(cornell, spp=1, size=(16, 12))["color"]
+    scaled = rg.run_pass(SCALE, {"picture": color}, {"scaled": color.shape[:2]}, constants=np.float32(2))["scaled"]
+    np.testing.assert_array_equal(scaled, color * 2)
+
+
+@pytest.mark.parametrize("changes, kind, text", [
+    ({"glsl": SCALE.replace("factor;", "factor")}, "bad_input", r"pass\.comp:\d+: "),
+    ({"inputs": {"pictures": np.zeros((2, 2))}}, "usage", "pictures: the shader has no such binding; it has picture, sc"),
+    ({"inputs": {}}, "usage", "picture: the shader has it, and it is neither"),
+    ({"constants": None}, "usage", "constants: they have 0 bytes, the block of the shader has 4"),
+    ({"outputs": {"picture": (2, 2)}}, "usage", "picture: the shader does not write it"),
+])
+def test_mistake_in_a_pass_is_named(changes, kind, text):
+    arguments = {"glsl": SCALE, "inputs": {"picture": np.zeros((2, 2))}, "outputs": {"scaled": (2, 2)},
+                 "constants": np.float32(1), **changes}
+    with pytest.raises(rg.Error, match=text) as raised:
+        rg.run_pass(**arguments)
+    assert raised.value.kind == kind
