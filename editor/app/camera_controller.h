@@ -31,8 +31,8 @@ class CameraController {
     void LookAlong(glm::vec3 direction);
     // Changes between an orthographic and a perspective view of the same height at the pivot.
     void ToggleOrthographic();
-    // Frames `bounds` as scene::ViewOfBounds does, keeping the direction of the view. The pivot is as far away
-    // as their middle.
+    // Frames `bounds` as scene::ViewOfBounds does, keeping the direction of the view. The pivot is as far
+    // away as their middle.
     void Frame(const scene::Bounds& bounds);
 
   private:
