@@ -197,6 +197,7 @@ void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSetti
                       bool hasTextureLevels) {
     TraceSettings direct;
     direct.scattering = settings.scattering;
+    direct.isEnvironmentHidden = settings.isEnvironmentHidden;
     if (hasTextureLevels) direct.biases.textureLod = 0.0f;
     SpecializeModels(pass, settings,
                      ProgramFeatures(scene, direct) & ~FeaturesOfKind(TraceFeatureKind::Media));

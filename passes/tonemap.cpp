@@ -10,12 +10,47 @@ namespace raygraph::passes {
 namespace {
 
 // These are flags of shaders/post/tonemap.comp.
-constexpr uint32_t kOpaque = 1, kUnassociated = 2, kBalanced = 4;
+constexpr uint32_t kOpaque = 1, kUnassociated = 2, kBalanced = 4, kBacked = 8, kColored = 16, kMapped = 32;
+
+// Is the uniform block of that shader.
+struct BackdropConstants {
+    glm::vec3 right{0.0f}, up{0.0f}, forward{0.0f};
+    uint32_t isOrthographic = 0;
+    glm::vec3 radiance{0.0f};
+    float rotation = 0.0f;
+    glm::vec3 color{0.0f};
+    glm::vec2 offset{0.0f}, scale{1.0f};
+};
+
+BackdropConstants ConstantsOf(const Backdrop& backdrop) {
+    const glm::vec2 picture(backdrop.picture.width, backdrop.picture.height);
+    const Region& part = backdrop.part;
+    return {.right = backdrop.camera.right,
+            .up = backdrop.camera.up,
+            .forward = backdrop.camera.forward,
+            .isOrthographic = backdrop.camera.orthographic,
+            .radiance = backdrop.environment.radiance,
+            .rotation = backdrop.environment.rotation,
+            .color = backdrop.settings.color.value_or(glm::vec3(0.0f)),
+            .offset = glm::vec2(part.x, part.y) / picture,
+            .scale = glm::vec2(part.width, part.height) / picture};
+}
+
+uint32_t FlagsOf(const TonemapSettings& settings, const std::optional<Backdrop>& backdrop) {
+    uint32_t flags = settings.whiteBalance != glm::mat3(1.0f) ? kBalanced : 0u;
+    if (!backdrop) {
+        if (settings.isOpaque) flags |= kOpaque;
+        return settings.isUnassociated ? flags | kUnassociated : flags;
+    }
+    flags |= kBacked | kUnassociated;
+    if (backdrop->settings.color) flags |= kColored;
+    return backdrop->environment.hasMap != 0u ? flags | kMapped : flags;
+}
 
 // The contents of `display` outside of the region stay if it is `kept`.
 TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, bool isKept,
-                    const Region& region, const TonemapSettings& settings,
-                    std::function<void()> onSubmitted) {
+                    const Region& region, const TonemapSettings& settings, std::function<void()> onSubmitted,
+                    const std::optional<Backdrop>& backdrop) {
     struct Constants {
         uint32_t offset[2], size[2];
         float exposureEv;
@@ -24,21 +59,21 @@ TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, b
         glm::vec4 whiteBalance[3];  // columns
     };
     const glm::mat3& balance = settings.whiteBalance;
-    uint32_t flags = settings.isOpaque ? kOpaque : 0u;
-    if (settings.isUnassociated) flags |= kUnassociated;
-    if (balance != glm::mat3(1.0f)) flags |= kBalanced;
     renderer.AddPass(
         "Tonemap", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("post/tonemap.comp");
             pass.Reads("radiance", radiance,
                        {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+            pass.Reads("backdropMap", backdrop ? backdrop->map : radiance,
+                       {.addressV = rhi::AddressMode::ClampToEdge});
+            pass.Uniform("backdrop", backdrop ? ConstantsOf(*backdrop) : BackdropConstants{});
             pass.Constants(Constants{
                 {region.x, region.y},
                 {region.width, region.height},
                 settings.exposureEv,
                 static_cast<uint32_t>(settings.tonemapOperator),
-                flags,
+                FlagsOf(settings, backdrop),
                 {glm::vec4(balance[0], 0.0f), glm::vec4(balance[1], 0.0f), glm::vec4(balance[2], 0.0f)}});
             display = isKept ? pass.Updates("display", display) : pass.Writes("display", display);
         },
@@ -51,21 +86,23 @@ TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, b
 
 }  // namespace
 
-TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings& settings) {
+TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings& settings,
+                  const std::optional<Backdrop>& backdrop) {
     const Extent2D extent = renderer.Desc(radiance).extent;
     const TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
-    return TonemapTo(renderer, radiance, display, false, WholeOf(extent), settings, {});
+    return TonemapTo(renderer, radiance, display, false, WholeOf(extent), settings, {}, backdrop);
 }
 
 TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display, const Region& region,
-                      const TonemapSettings& settings, std::function<void()> onSubmitted) {
+                      const TonemapSettings& settings, std::function<void()> onSubmitted,
+                      const std::optional<Backdrop>& backdrop) {
     const GraphTextureDesc to = renderer.Desc(display);
     RequireWithin(to.extent, region);
     if (to.format != Format::Rgba8Unorm)
         throw MakeError(ErrorKind::Usage, "Tonemap: into {}, must be {}", rhi::Name(to.format),
                         rhi::Name(Format::Rgba8Unorm));
     const bool isKept = !(region == WholeOf(to.extent));
-    return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted));
+    return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted), backdrop);
 }
 
 // --- White balance ---

@@ -5,8 +5,10 @@
 
 #include <functional>
 #include <glm/glm.hpp>
+#include <optional>
 
 #include "base/api.h"
+#include "passes/backdrop.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 #include "shaders/shared/choice.h"
@@ -26,9 +28,11 @@ struct TonemapSettings {
 };
 
 // Reads any float texture and returns rgba8, display-encoded (see shaders/core/tonemap.glsl for each
-// operator), alpha passed through or 1. NaN and negative radiance show as black.
+// operator), alpha passed through or 1. NaN and negative radiance show as black. With a backdrop, the picture
+// is over it, opaque, mixed in linear light after the curve; the settings are taken as isUnassociated.
 [[nodiscard]] RAYGRAPH_API TextureId Tonemap(Renderer& renderer, TextureId radiance,
-                                             const TonemapSettings& settings = {});
+                                             const TonemapSettings& settings = {},
+                                             const std::optional<Backdrop>& backdrop = {});
 
 // Writes into a region of `display`, rgba8; the rest of it stays. `radiance` may be of another extent: then
 // it is scaled to that of the display, each pixel from the texel that it lies in. `onSubmitted` runs when the
@@ -36,7 +40,8 @@ struct TonemapSettings {
 // for another format, and a region outside of the display.
 [[nodiscard]] RAYGRAPH_API TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
                                                  const Region& region, const TonemapSettings& settings = {},
-                                                 std::function<void()> onSubmitted = {});
+                                                 std::function<void()> onSubmitted = {},
+                                                 const std::optional<Backdrop>& backdrop = {});
 
 // --- White balance ---
 // Colors are linear, with Rec. 709 primaries, as everywhere.

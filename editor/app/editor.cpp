@@ -81,6 +81,22 @@ float SideWidth(float chosen, float window) {
     return std::floor(chosen > 0.0f ? std::min(std::max(chosen, kLeastPanel), kMostSideShare * window) : own);
 }
 
+// Draws what is seen through a transparent picture.
+void DrawCheckers(ImVec2 corner, ImVec2 size) {
+    constexpr float kSquare = 16.0f, kMostRows = 60.0f;  // points
+    constexpr ImU32 kDark = IM_COL32(96, 96, 96, 255), kLight = IM_COL32(140, 140, 140, 255);
+    const float side = std::max(kSquare, std::ceil(size.y / kMostRows));
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    const ImVec2 end{corner.x + size.x, corner.y + size.y};
+    list.AddRectFilled(corner, end, kDark);
+    list.PushClipRect(corner, end, true);
+    for (float y = 0.0f; y < size.y; y += side)
+        for (float x = std::fmod(y, 2.0f * side); x < size.x; x += 2.0f * side)
+            list.AddRectFilled({corner.x + x, corner.y + y}, {corner.x + x + side, corner.y + y + side},
+                               kLight);
+    list.PopClipRect();
+}
+
 constexpr double kPipelineLifetime = 300.0;  // in seconds of frames that do not use the pipeline
 
 }  // namespace
@@ -161,6 +177,7 @@ bool Editor::IsPlaybackPaused() const {
 
 bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
+    m_work.ShowBackdrop();
     m_work.view.SetCamera(RenderedView(m_work), m_work.Lens());
     m_work.view.SetOutline({.width = std::min(kOutline * input.scale, 8.0f)});
     renderer.BeginFrame();
@@ -174,11 +191,11 @@ bool Editor::DrawFrame(Screen& screen, const FrameInput& input) {
     const TextureId drawn = m_ui.Draw(renderer, *target, outlined,
                                       m_work.thumbnails.Declare(renderer, m_work.gpu, m_work.document));
     if (!m_pictureFile.empty() && picture.IsValid() && HasSample())
-        m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false,
+        m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false, true,
                             m_work.view.Progress().denoisedSamples});
     if (!m_windowFile.empty())
         m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
-                            renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
+                            renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm, false});
     m_isPreparing = !screen.TryEnd(renderer, drawn);
     return !m_isPreparing;
 }
@@ -394,6 +411,9 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
     // One pixel of the picture is one of the window
     const ImVec2 corner{static_cast<float>(m_viewOrigin.x) / input.scale,
                         static_cast<float>(m_viewOrigin.y) / input.scale};
+    if (!m_work.backdrop)
+        DrawCheckers(corner,
+                     {static_cast<float>(across) / input.scale, static_cast<float>(down) / input.scale});
     ImGui::GetWindowDrawList()->AddImage(PictureTexture(), corner,
                                          {corner.x + static_cast<float>(across) / input.scale,
                                           corner.y + static_cast<float>(down) / input.scale});

@@ -170,6 +170,7 @@ class Editor {
         std::filesystem::path file;
         Readback texels;
         bool isSwapped = false;        // BGRA texels
+        bool hasAlpha = false;         // else the file is opaque
         uint32_t denoisedSamples = 0;  // ViewportProgress::denoisedSamples
     };
     std::vector<Saving> m_saving;

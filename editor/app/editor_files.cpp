@@ -16,11 +16,11 @@ namespace raygraph::editor {
 
 namespace {
 
-image::Image8 ToImage(const Readback& texels, bool isSwapped) {
+image::Image8 ToImage(const Readback& texels, bool isSwapped, bool hasAlpha) {
     image::Image8 picture{texels.Extent().width, texels.Extent().height, ValuesOf<uint8_t>(texels)};
     for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
         if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
-        picture.rgba[i + 3] = 255;
+        if (!hasAlpha) picture.rgba[i + 3] = 255;
     }
     return picture;
 }
@@ -278,7 +278,7 @@ void Editor::FinishSaving() {
                     ? Text(", denoised from {}", Counted(saving.denoisedSamples, "sample"))
                     : "";
             const std::string note = denoised + NoteFor(saving.file);
-            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
+            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped, saving.hasAlpha));
             return [this, text = Text("saved {}{}", saving.file, note)] { ReportSaved(text); };
         });
         return true;

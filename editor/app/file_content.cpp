@@ -50,6 +50,7 @@ session::PictureSettings SettingsOf(const viewport::CaptureResult& picture, cons
         settings.focusDistance = picture.lens.focusDistance;
     }
     settings.paths = picture.paths;
+    settings.hasGround = shown.hasGround && !picture.isRaster;
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     settings.light = picture.environment.defaultLight;

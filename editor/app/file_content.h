@@ -42,6 +42,7 @@ FileContent WithHash(FileContent content, const Log& log = {});
 struct ShownScene {
     session::SceneInput input;  // without the data
     std::string camera;         // session::CameraText, of which the picture's view was read
+    bool hasGround = false;     // in path-traced pictures
     std::optional<double> at;   // time of the animations; none: the rest pose
     std::string clips;          // the clips in effect, see scene::FindClips
 };

@@ -60,8 +60,6 @@ session::PictureSettings RequestedSettings(const Workspace& work, const RenderRe
     session::PictureSettings settings = ShownSettings(work, passes::View::PathTraced);
     settings.size = request.size;
     settings.crop = request.crop;
-    settings.paths.isEnvironmentHidden = request.backdrop == RenderBackdrop::Transparent;
-    settings.hasGround = request.hasGround;
     return settings;
 }
 
@@ -99,16 +97,8 @@ std::string WhyNotRendered(const Workspace& work, const RenderRequest& request) 
         if (!HasPlace(file, request.pictures))
             return Text("{}: needs {} for its pictures", file, PlaceOf(request.pictures));
     }
-    const bool hasBackdrop =
-        request.backdrop == RenderBackdrop::Color || request.backdrop == RenderBackdrop::Blurred;
-    const auto isShown = [](const fs::path& file) {
-        return LowerExtension(file) == ".png" || LowerExtension(file) == ".jpg";
-    };
-    if (hasBackdrop && std::ranges::none_of(request.outputs, isShown))
-        return Text("{} is behind a .png or .jpg alone", Name(request.backdrop));
     const auto isJpg = [](const fs::path& file) { return LowerExtension(file) == ".jpg"; };
-    if (request.backdrop == RenderBackdrop::Transparent && std::ranges::any_of(request.outputs, isJpg))
-        return "a .jpg cannot be transparent";
+    if (!work.backdrop && std::ranges::any_of(request.outputs, isJpg)) return "a .jpg cannot be transparent";
     if (request.pictures == RenderedPictures::Cameras && !work.FirstCamera())
         return "the scene has no camera";
     if (request.pictures == RenderedPictures::Frames) {
@@ -151,7 +141,10 @@ RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vect
     }
     // A copy needs no files outside of its folder
     if (!task.copy && !work.root.empty()) AddOption(words, "root", FullPath(work.root));
-    std::ranges::move(RenderWords(work, settings), std::back_inserter(words));
+    const bool isShown = std::ranges::any_of(request.outputs, [](const fs::path& file) {
+        return LowerExtension(file) == ".png" || LowerExtension(file) == ".jpg";
+    });
+    std::ranges::move(RenderWords(work, settings, isShown), std::back_inserter(words));
     switch (request.stop) {
         case RenderStop::Clean:
             break;
@@ -165,10 +158,6 @@ RenderTask TaskOf(const Workspace& work, const RenderRequest& request, std::vect
             AddOption(words, "time", session::ToText(60.0f * request.minutes));
             break;
     }
-    if (request.backdrop == RenderBackdrop::Blurred)
-        AddOption(words, "backdrop", "blur:" + session::ToText(request.blur));
-    if (request.backdrop == RenderBackdrop::Color)
-        AddOption(words, "backdrop", session::ToText({request.color.x, request.color.y, request.color.z}));
     // An .hdr has the mean of the samples
     const bool canDenoise = !std::ranges::all_of(
         request.outputs, [](const fs::path& file) { return LowerExtension(file) == ".hdr"; });
@@ -304,13 +293,6 @@ void RenderDialog::DrawOptions() {
     if (m_request.stop == RenderStop::Time)
         ImGui::DragFloat("time", &m_request.minutes, 0.1f, 0.01f, 1e5f, "%.3g min", kClamp);
     ImGui::Checkbox("denoise", &m_request.isDenoised);
-    ImGui::SameLine();
-    ImGui::Checkbox("ground", &m_request.hasGround);
-    if (ImGui::IsItemHovered()) ImGui::SetTooltip("shows the shadow on a ground below the scene");
-    Choose("behind", m_request.backdrop);
-    if (m_request.backdrop == RenderBackdrop::Blurred)
-        ImGui::DragFloat("blur", &m_request.blur, 0.1f, 0.5f, 90.0f, "%.1f degrees", kClamp);
-    if (m_request.backdrop == RenderBackdrop::Color) ColorFields("color", m_request.color);
 }
 
 bool RenderDialog::DrawFile(FileDialog& files) {

@@ -31,14 +31,6 @@ RAYGRAPH_CHOICE(RenderStop, RAYGRAPH_RENDER_STOPS)
     X(Of, Frames, 2, "animation", "")
 RAYGRAPH_CHOICE(RenderedPictures, RAYGRAPH_RENDERED_PICTURES)
 
-// Says what is behind the scene: `render --backdrop`.
-#define RAYGRAPH_RENDER_BACKDROPS(X, Of)         \
-    X(Of, Environment, 0, "environment", "")     \
-    X(Of, Blurred, 1, "blurred environment", "") \
-    X(Of, Color, 2, "a color", "")               \
-    X(Of, Transparent, 3, "nothing: transparent", "")
-RAYGRAPH_CHOICE(RenderBackdrop, RAYGRAPH_RENDER_BACKDROPS)
-
 struct RenderRequest {
     RenderedPictures pictures = RenderedPictures::View;
     double first = 0.0, last = 0.0;  // seconds, of Frames
@@ -50,10 +42,6 @@ struct RenderRequest {
     float percent = 1.0f;    // for RenderStop::Error
     float minutes = 1.0f;    // for RenderStop::Time
     bool isDenoised = true;
-    RenderBackdrop backdrop = RenderBackdrop::Environment;
-    float blur = 10.0f;      // degrees, for RenderBackdrop::Blurred
-    glm::vec3 color{1.0f};   // linear, for RenderBackdrop::Color
-    bool hasGround = false;  // session::PictureSettings::hasGround
     // They end in .png, .jpg, .exr or .hdr; a relative one is in the current folder. Several pictures need
     // {camera} or a run of # in the name (docs/cli.md).
     std::vector<std::filesystem::path> outputs;

@@ -21,6 +21,7 @@ session::PictureSettings WithoutUnused(session::PictureSettings settings) {
     if (settings.view != passes::View::Raster) settings.raster.shadows = defaults.raster.shadows;
     if (settings.view == passes::View::PathTraced) return settings;
     settings.paths.isEnvironmentHidden = false;
+    settings.hasGround = false;
     if (!passes::CountsPaths(settings.view)) {
         viewport::PathSettings paths{.sampler = settings.paths.sampler, .seed = settings.paths.seed};
         if (settings.view == passes::View::Raster) paths.scattering = settings.paths.scattering;
@@ -109,19 +110,24 @@ session::PictureSettings ShownSettings(const Workspace& work, passes::View view)
     return WithoutUnused(settings);
 }
 
-std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings) {
+std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings,
+                                     bool isShown) {
     std::vector<std::string> words;
     const auto add = [&](std::string_view name, const std::string& value) { AddOption(words, name, value); };
     const session::SettingTexts defaults = session::Texts(session::PictureSettings{});
     session::SettingTexts texts = session::Texts(settings);
     for (const char* first : {"camera", "size"})
         if (const std::string text = texts.extract(first).mapped(); !text.empty()) add(first, text);
+    if (const auto behind = work.ShownBackdrop(); settings.paths.isEnvironmentHidden && behind && isShown) {
+        texts.erase("transparent");
+        if (behind != passes::BackdropSettings{}) add("backdrop", session::BackdropText(behind));
+    }
     for (const auto& [name, text] : texts)
         if (text != defaults.at(name)) add(name, text);
     const bool showsLight = passes::ShowsLight(settings.view);
     if (!work.EnvironmentFile().empty() && (showsLight || passes::CountsPaths(settings.view)))
         add("env", FullPath(work.EnvironmentFile()));
-    if (!showsLight) return words;
+    if (!showsLight || !isShown) return words;
     const passes::TonemapSettings& tonemap = work.view.Show().tonemap;
     const passes::TonemapSettings plain;
     if (tonemap.exposureEv != plain.exposureEv) add("exposure", session::ToText(tonemap.exposureEv));

@@ -22,8 +22,9 @@ session::PictureSettings ShownSettings(const Workspace& work, passes::View view)
 session::PictureSettings ShownSettings(const Workspace& work);
 
 // Returns the options of a render with these settings of the open scene: each setting that is not the
-// command's default, the environment map, and how a .png shows the picture.
-std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings);
+// command's default, the environment map, and, if it writes one, how a .png or .jpg shows the picture.
+std::vector<std::string> RenderWords(const Workspace& work, const session::PictureSettings& settings,
+                                     bool isShown = true);
 
 // Adds an option with its value.
 void AddOption(std::vector<std::string>& words, std::string_view name, const std::string& value);

@@ -28,6 +28,10 @@ void VisitView(const Visitor& visitor, View& view, Name& environment) {
         light.Color("radiance", view.radiance, kRadiance);
         light.Number("rotation", view.rotation, kTurn);
     });
+    visitor.In("backdrop", [&](const Visitor& behind) {
+        behind.String("behind", view.backdrop);
+        behind.Flag("ground", view.hasGround);
+    });
     visitor.In("display", [&](const Visitor& display) {
         display.Number("exposure", view.exposureEv, kStops);
         display.Number("whitePoint", view.whitePoint, kWhitePointRange);

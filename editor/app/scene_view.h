@@ -21,7 +21,9 @@ struct SceneView {
     bool usesScene = true;              // see EnvironmentSettings, as the next three
     DefaultLight light = DefaultLight::Auto;
     glm::vec3 radiance{1.0f};
-    float rotation = 0.0f;  // degrees about +y
+    float rotation = 0.0f;         // degrees about +y
+    std::string backdrop = "map";  // session::ParseBackdrop
+    bool hasGround = false;        // as `render --ground on`
     float exposureEv = Settings().show.tonemap.exposureEv;
     int whitePoint = Settings().whitePoint;  // kelvin
     TonemapOperator tonemap = Settings().show.tonemap.tonemapOperator;

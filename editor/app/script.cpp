@@ -10,6 +10,7 @@
 #include "base/overloaded.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/session/settings/parse.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/variants.h"
 
@@ -244,6 +245,8 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                        editor.Work().view.SetShow(show);
                        frame();
                    },
+                   [&](const SetBackdrop& command) { editor.Work().backdrop = command.backdrop; },
+                   [&](const SetGround& command) { editor.Work().hasGround = command.isOn; },
                    [&](const SetDenoised& command) {
                        viewport::ShowSettings show = editor.Work().view.Show();
                        show.isDenoised = command.isOn;
@@ -448,6 +451,8 @@ class LineReader {
         if (verb == "focus") return SetLook{SetLook::Of::Focus, Number(Word(1), 0.0f, 1e9f)};
         if (verb == "exposure") return SetLook{SetLook::Of::Exposure, Ranged(kExposureRange)};
         if (verb == "white-point") return SetLook{SetLook::Of::WhitePoint, Ranged(kWhitePointRange)};
+        if (verb == "backdrop") return SetBackdrop{session::ParseBackdrop(Word(1))};
+        if (verb == "ground" && (Word(1) == "on" || Word(1) == "off")) return SetGround{Word(1) == "on"};
         if (verb == "budget") return SetBudget{Number(Word(1), 0.0f, 1e6f)};
         if (verb == "config") return UseConfigFolder{Rest(1)};
         if (verb == "scene") return SaveSceneFile{Rest(1)};

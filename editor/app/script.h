@@ -13,7 +13,8 @@
 //   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
 //   fov 40                 degrees                  aperture 0.05     radius of the lens, meters
 //   focus 3                meters                   exposure 1        stops
-//   white-point 3200       kelvin
+//   white-point 3200       kelvin                 ground on         a ground below the scene; ground off
+//   backdrop blur:10       behind the scene, as `render --backdrop`: map, a color, transparent
 //   render 64x48 16 FILE   opens the dialog for renders and fills it in; key enter starts, wait waits for it
 //   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends
@@ -104,6 +105,12 @@ struct SetLook {
     Of of;
     float value;
 };
+struct SetBackdrop {
+    std::optional<passes::BackdropSettings> backdrop;
+};
+struct SetGround {
+    bool isOn;
+};
 struct SetBudget {
     double frameMs;
 };
@@ -163,7 +170,8 @@ using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, ScrollWheel,
                  TypeText, SelectNodes, AdvanceFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget,
                  UseConfigFolder, SaveSceneFile, ShowView, CompareWith, SetDenoised, ShowVariant, PlayFor,
-                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, FillRenderDialog, SetLook, Expectation>;
+                 ShowTime, StopPlaying, ChooseClips, SetBaseColor, FillRenderDialog, SetLook, SetBackdrop,
+                 SetGround, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

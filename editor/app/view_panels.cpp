@@ -53,6 +53,37 @@ void EnvironmentFields(Workspace& work) {
     if (isEdited) work.gpu.SetEnvironment(environment);
 }
 
+// Says what is behind the scene: `render --backdrop`.
+#define RAYGRAPH_BACKDROP_KINDS(X, Of)           \
+    X(Of, Environment, 0, "environment", "")     \
+    X(Of, Blurred, 1, "blurred environment", "") \
+    X(Of, Color, 2, "a color", "")               \
+    X(Of, Transparent, 3, "nothing: transparent", "")
+RAYGRAPH_CHOICE(BackdropKind, RAYGRAPH_BACKDROP_KINDS)
+
+void BackdropFields(Workspace& work) {
+    std::optional<passes::BackdropSettings>& backdrop = work.backdrop;
+    const BackdropKind before = !backdrop                      ? BackdropKind::Transparent
+                                : backdrop->color              ? BackdropKind::Color
+                                : backdrop->blurDegrees > 0.0f ? BackdropKind::Blurred
+                                                               : BackdropKind::Environment;
+    BackdropKind kind = before;
+    Choose("behind", kind);
+    if (kind != before) {
+        backdrop.reset();
+        if (kind != BackdropKind::Transparent) backdrop.emplace();
+        if (kind == BackdropKind::Blurred) backdrop->blurDegrees = 10.0f;
+        if (kind == BackdropKind::Color) backdrop->color = glm::vec3(1.0f);
+    }
+    if (kind == BackdropKind::Blurred)
+        ImGui::DragFloat("blur", &backdrop->blurDegrees, 0.1f, 0.5f, 90.0f, "%.1f deg",
+                         ImGuiSliderFlags_AlwaysClamp);
+    if (kind == BackdropKind::Color && ColorFields("color", *backdrop->color))
+        *backdrop->color = glm::clamp(*backdrop->color, glm::vec3(0.0f), glm::vec3(1.0f));
+    ImGui::Checkbox("ground", &work.hasGround);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("shows the shadow on a ground below the scene");
+}
+
 }  // namespace
 
 void SettingsPanel(Workspace& work) {
@@ -86,6 +117,7 @@ void SettingsPanel(Workspace& work) {
 
     ImGui::Separator();
     EnvironmentFields(work);
+    BackdropFields(work);
 
     ImGui::Separator();
     viewport::PathSettings paths = work.view.Paths();

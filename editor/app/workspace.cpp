@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "editor/app/render_words.h"
 #include "editor/session/file/content_hash.h"
+#include "editor/session/settings/parse.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/variants.h"
@@ -101,6 +102,27 @@ float Workspace::FocusDistance() const {
 viewport::LensSettings Workspace::Lens() const {
     const bool hasLens = aperture > 0.0f && camera.View().projection == scene::Projection::Perspective;
     return hasLens ? viewport::LensSettings{aperture, FocusDistance()} : viewport::LensSettings{};
+}
+
+std::optional<passes::BackdropSettings> Workspace::ShownBackdrop() const {
+    const EnvironmentSettings shown = gpu.ShownEnvironment();
+    const bool hasMap = !m_environmentFile.empty() || shown.defaultLight == DefaultLight::Studio ||
+                        (shown.usesScene && HasSceneEnvironment());
+    if (backdrop && !backdrop->color && !hasMap) return passes::BackdropSettings{};
+    return backdrop;
+}
+
+void Workspace::ShowBackdrop() {
+    if (document.Clips().empty()) m_restBounds = document.Scene().bounds;
+    gpu.SetGround(hasGround ? m_restBounds : scene::Bounds{});
+    const std::optional<passes::BackdropSettings> shown = ShownBackdrop();
+    viewport::PathSettings paths = view.Paths();
+    paths.isEnvironmentHidden = hasGround || shown != passes::BackdropSettings{};
+    view.SetPaths(paths);
+    viewport::ShowSettings show = view.Show();
+    show.tonemap.isUnassociated = !shown;
+    show.backdrop = shown;
+    view.SetShow(show);
 }
 
 void Workspace::SetWhitePoint(int kelvin) {
@@ -352,7 +374,8 @@ void Workspace::ContinueChoosingView() {
         m_isChoosingView = false;
         return;
     }
-    if (document.File().empty() || IsLoading()) return;
+    // With a hidden environment, there is no real-time view to be measured
+    if (document.File().empty() || IsLoading() || view.Paths().isEnvironmentHidden) return;
     const viewport::ViewportProgress progress = view.Progress();
     if (show.view != viewport::View::RealTime) {
         show.view = viewport::View::RealTime;
@@ -518,6 +541,8 @@ SceneView Workspace::ShownView() const {
             .light = m_defaultLight,
             .radiance = environment.radiance,
             .rotation = glm::degrees(environment.rotation),
+            .backdrop = session::BackdropText(backdrop),
+            .hasGround = hasGround,
             .exposureEv = look.exposureEv,
             .whitePoint = look.whitePoint,
             .tonemap = look.tonemap};
@@ -527,6 +552,8 @@ void Workspace::Use(const SceneView& seen) {
     Try([&] { UseCamera(seen.camera); });
     aperture = seen.aperture;
     focus = seen.focus;
+    Try([&] { backdrop = session::ParseBackdrop(seen.backdrop); });
+    hasGround = seen.hasGround;
     m_lookBefore = OwnLook();
     viewport::ShowSettings show = view.Show();
     show.tonemap.exposureEv = seen.exposureEv;
@@ -553,6 +580,7 @@ ShownScene Workspace::Shown() const {
                       .environmentFile = m_environmentFile.filename().string(),
                       .environmentHash = m_environmentHash},
             .camera = session::CameraText(camera.View()),
+            .hasGround = hasGround,
             .at = clips.empty() ? std::nullopt : std::optional(clips.front().seconds),
             .clips = scene::ClipsText(document.Scene(), clips)};
 }

@@ -145,6 +145,10 @@ class Workspace {
     float FocusDistance() const;
     // Returns the lens of the shown camera; an orthographic one has a pinhole.
     viewport::LensSettings Lens() const;
+    // Returns `backdrop` as it can be shown: an environment without a map is not blurred.
+    std::optional<passes::BackdropSettings> ShownBackdrop() const;
+    // Lets the viewport show backdrop and ground; called before each frame.
+    void ShowBackdrop();
     // Shows a light of this temperature, in kelvin within kWhitePointRange, as white.
     void SetWhitePoint(int kelvin);
     int WhitePoint() const { return m_whitePoint; }
@@ -202,6 +206,10 @@ class Workspace {
     CameraController camera;
     float aperture = 0.0f;  // radius of the camera's lens in meters; 0: a pinhole
     float focus = 0.0f;     // its distance in focus, in meters; 0: session::DefaultFocus
+    // What is behind the scene in path-traced and raster pictures; none: they are transparent. With a ground,
+    // path-traced ones show the shadow on it.
+    std::optional<passes::BackdropSettings> backdrop = passes::BackdropSettings{};
+    bool hasGround = false;
     SceneLoader loader;
     Timeline timeline;                                 // animations of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of points and lines in scenes that are opened
@@ -295,6 +303,7 @@ class Workspace {
     Look OwnLook() const;                             // the user's, where the shown one is the scene's
     std::optional<Look> m_lookOfScene, m_lookBefore;  // set by Use
     std::string m_environmentHash;
+    scene::Bounds m_restBounds;  // of the scene, when its rest pose was shown last; the ground is under these
     std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::NoiseRequest> m_errorRequest;
     double m_errorRequestTime = 0.0;  // time of the last request, in seconds

@@ -360,9 +360,15 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     CLI::App* edit = app.add_subcommand("edit", "View and edit a scene in a window, path-traced or drawn");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
-    AddSettings(
-        *edit, arguments.given,
-        {"camera", "aperture", "focus", "env-rotation", "light", "env-tint", "background", "texture-budget"});
+    AddSettings(*edit, arguments.given,
+                {"camera", "aperture", "focus", "env-rotation", "light", "env-tint", "background", "ground",
+                 "texture-budget"});
+    AddOption(*edit, "--backdrop", "BACKDROP",
+              "What is behind the scene, as for render: map, blur:N, a color or transparent",
+              [&](const std::string& text) {
+                  static_cast<void>(ParseBackdrop(text));
+                  arguments.backdrop = text;
+              });
     AddOrbits(*edit, arguments.given);
     AddDisplay(*edit, "", "K", "", arguments);
     AddRoot(*edit, arguments.root);

@@ -39,12 +39,6 @@ struct DisplayArguments {
     std::optional<WhitePoint> whitePoint;  // none: the white point of the display
 };
 
-// Says what is behind the scene in a .png; `given` hides the environment then.
-struct BackdropChoice {
-    std::optional<std::array<float, 3>> color;  // linear
-    float blurDegrees = 0.0f;                   // of the environment, without a color; 0: as it is
-};
-
 struct RenderArguments : OutputArguments, DisplayArguments {
     // Apply where neither samples, nor a time, nor an error is given: a picture has its samples when its
     // error is that of a clean one, or at the limit. A shard, and a view without an error, has
@@ -67,8 +61,9 @@ struct RenderArguments : OutputArguments, DisplayArguments {
     std::vector<std::string> cameras;   // a picture per camera, if there are several; `given` has the first
     std::optional<uint32_t> turntable;  // number of pictures around the scene; `cameras` are theirs
     bool isContactSheet = false;        // all pictures are shown in one
-    std::optional<BackdropChoice> backdrop;  // none: see BackdropOf
-    bool isCutOut = false;                   // nothing is to be behind the scene
+    // With one, `given` hides the environment; none: see BackdropOf.
+    std::optional<passes::BackdropSettings> backdrop;
+    bool isCutOut = false;       // nothing is to be behind the scene
     std::optional<Shard> shard;  // samples, sampleOffset, frames and names are already the shard's
     std::optional<ExrType> exrType;
     std::optional<AovRequest> aovs;
@@ -94,7 +89,8 @@ std::string NothingToRenderReason(const RenderArguments& arguments);
 
 // Returns what is behind the scene in a .png of these settings: with a ground, the environment as it is,
 // unless the command line says otherwise. None: what the render shows, which is nothing where it is hidden.
-std::optional<BackdropChoice> BackdropOf(const RenderArguments& arguments, const PictureSettings& settings);
+std::optional<passes::BackdropSettings> BackdropOf(const RenderArguments& arguments,
+                                                   const PictureSettings& settings);
 
 // Returns how a .png shows the picture, with defaults for what is not given. Its white point is not set if it
 // depends on the scene (see DisplayFor).
@@ -218,6 +214,7 @@ struct EditArguments : OutputArguments, DisplayArguments {
     std::optional<EditView> view;          // none: the stored view, or by time
     scene::PointsAndLines pointsAndLines;  // radii for this scene and all that are opened later
     SettingTexts given;                    // picture settings of the command line
+    std::string backdrop;                  // session::ParseBackdrop; "": that of the stored view
     std::filesystem::path script;          // "": opens a window
     std::filesystem::path shaders;         // "": no hot reload
     std::string device;

@@ -45,6 +45,8 @@ editor::ChangeView ChangeOf(const EditArguments& arguments) {
             seen.usesScene = false;
             seen.radiance = take(*settings.background);
         }
+        if (!arguments.backdrop.empty()) seen.backdrop = arguments.backdrop;
+        if (isGiven("ground")) seen.hasGround = settings.hasGround;
         seen.exposureEv = arguments.exposureEv.value_or(seen.exposureEv);
         seen.tonemap = arguments.tonemap.value_or(seen.tonemap);
         if (arguments.whitePoint)

@@ -323,19 +323,7 @@ WhitePoint ParseWhitePoint(const std::string& text) {
 void SetBackdrop(RenderArguments& arguments, const std::string& text) {
     if (arguments.given.contains("transparent")) Reject("--backdrop and --transparent exclude each other");
     arguments.given["transparent"] = text == "map" ? "off" : "on";
-    if (text == "transparent") return;
-    BackdropChoice& backdrop = arguments.backdrop.emplace();
-    if (text == "map") return;
-    constexpr std::string_view kBlur = "blur:";
-    if (text.starts_with(kBlur)) {
-        backdrop.blurDegrees = static_cast<float>(ParseNumber(text.substr(kBlur.size()), 0.5, 90.0));
-        return;
-    }
-    try {
-        backdrop.color = ParseColor(text);
-    } catch (const Error& error) {
-        throw MakeError(error.Kind(), "{}; nor map, blur:N or transparent", error.what());
-    }
+    arguments.backdrop = ParseBackdrop(text);
 }
 
 // Lists the AOVs from `first` up to `end`, which is excluded; without `end`, all the rest.
@@ -698,7 +686,7 @@ void CheckRender(const RenderArguments& arguments) {
 }
 
 void ApplyBackdrop(RenderArguments& arguments) {
-    std::optional<BackdropChoice>& backdrop = arguments.backdrop;
+    std::optional<passes::BackdropSettings>& backdrop = arguments.backdrop;
     const auto isOn = [&](const char* name) {
         const auto found = arguments.given.find(name);
         return found != arguments.given.end() && found->second == "on";
@@ -710,9 +698,10 @@ void ApplyBackdrop(RenderArguments& arguments) {
     if (isOn("ground") && (isMap || isOpen)) arguments.given["transparent"] = "on";
 }
 
-std::optional<BackdropChoice> BackdropOf(const RenderArguments& arguments, const PictureSettings& settings) {
+std::optional<passes::BackdropSettings> BackdropOf(const RenderArguments& arguments,
+                                                   const PictureSettings& settings) {
     const bool showsShadow = settings.hasGround && settings.paths.isEnvironmentHidden;
-    if (!arguments.backdrop && showsShadow && !arguments.isCutOut) return BackdropChoice{};
+    if (!arguments.backdrop && showsShadow && !arguments.isCutOut) return passes::BackdropSettings{};
     return arguments.backdrop;
 }
 

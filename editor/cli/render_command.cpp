@@ -117,22 +117,18 @@ class Pictures {
     std::optional<ResumedRender> m_resumed;
 };
 
-std::optional<Backdrop> BackdropFor(const RenderArguments& arguments, const PictureSettings& settings,
-                                    const SceneInput& input) {
-    const std::optional<BackdropChoice> chosen = BackdropOf(arguments, settings);
-    if (!chosen) return std::nullopt;
-    if (chosen->color) return Backdrop{.color = chosen->color, .map = {}};
-    const float blurDegrees = chosen->blurDegrees;
-    std::optional<image::ImageF> map = BackdropMap(input, settings, blurDegrees);
-    if (!map && blurDegrees == 0.0f) {
-        const std::array<float, 3> constant = settings.background.value_or(std::array{0.0f, 0.0f, 0.0f});
-        map = image::ImageF{1, 1, {constant[0], constant[1], constant[2], 1.0f}};
-    }
-    if (!map)
+std::optional<passes::BackdropSettings> BackdropFor(const RenderArguments& arguments,
+                                                    const PictureSettings& settings,
+                                                    const SceneInput& input) {
+    std::optional<passes::BackdropSettings> chosen = BackdropOf(arguments, settings);
+    const bool hasMap = !input.environment.rgba.empty() ||
+                        (!settings.background &&
+                         (settings.light == DefaultLight::Studio || input.data.environment.IsPresent()));
+    if (chosen && !chosen->color && chosen->blurDegrees > 0.0f && !hasMap)
         throw MakeError(ErrorKind::Usage,
                         "--backdrop blur: {} has no map to blur; it needs --env or --light studio",
                         input.file);
-    return Backdrop{.color = {}, .map = std::move(*map)};
+    return chosen;
 }
 
 // The root plans the job, and sends it to the others.
@@ -202,7 +198,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
     if (pictures.Resumed() == nullptr)
         RequireMapFor(arguments.given, input, settings.light, "--env or --light studio");
     WarnIfUnlit(console.log, job, input);
-    std::optional<Backdrop> backdrop = BackdropFor(arguments, settings, input);
+    const std::optional<passes::BackdropSettings> backdrop = BackdropFor(arguments, settings, input);
     std::vector<std::unique_ptr<rhi::Device>> devices = opening.get();
     std::vector<rhi::Device*> used;
     for (const auto& device : devices) used.push_back(device.get());
@@ -221,7 +217,7 @@ ExitCode RenderCommand(RenderArguments arguments, Console& console, ProcessGroup
             .isDenoised = job.isDenoised,
             .denoiser = static_cast<passes::Denoiser>(arguments.denoiser.value_or(FileDenoiser::Network)),
             .tonemap = display,
-            .backdrop = std::move(backdrop),
+            .backdrop = backdrop,
             .resumed = pictures.Resumed(),
             .tracing = arguments.tracing,
             .group = group});

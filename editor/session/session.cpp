@@ -35,7 +35,8 @@ FramePlan PlanOf(const SessionDesc& desc) {
             .denoiser = desc.denoiser,
             .batchSize = desc.batchSize,
             .raster = desc.settings.raster,
-            .tonemap = WithAlphaOf(desc.tonemap, desc.settings)};
+            .tonemap = WithAlphaOf(desc.tonemap, desc.settings),
+            .backdrop = desc.settings.paths.isEnvironmentHidden ? desc.backdrop : std::nullopt};
 }
 
 // Devices of different kinds are named "A + B", devices of one kind "A".
@@ -77,10 +78,6 @@ struct Session::Impl {
           canEstimateError(desc.withVariance && passes::ShowsLight(desc.settings.view)),
           described(Describe(input, desc.settings, devices)),
           plan(PlanOf(desc)),
-          backdrop(desc.backdrop),
-          size(desc.settings.size),
-          part(RenderedPart(desc.settings)),
-          environmentRotation(glm::radians(desc.settings.environmentRotation)),
           shared(devices, RequireInput(desc, devices.size()), desc.settings, desc.tracing, desc.group) {
         if (desc.tracing.traversal == Traversal::Software && !shared.DriverTraversalReason().empty())
             WarnDriverTraversal(devices.front()->Log(), shared.DriverTraversalReason());
@@ -142,8 +139,6 @@ struct Session::Impl {
             {most, rule.samples.value_or(most), goal.NextStop(shared.SampleCount()).value_or(most)}));
     }
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress);
-    // Returns the picture over its backdrop.
-    image::Image8 Backed(const image::Image8& picture);
     ProgressState StateAt(const Stopwatch& watch, uint32_t before, const StopRule& rule,
                           const RunSummary& soFar, uint32_t doneAtFirst);
 
@@ -153,30 +148,8 @@ struct Session::Impl {
     bool isSingle, canEstimateError;
     RenderFile described;
     FramePlan plan;
-    std::optional<Backdrop> backdrop;
-    Extent2D size;
-    passes::Region part;        // of the picture
-    float environmentRotation;  // radians
     SharedRender shared;
 };
-
-image::Image8 Session::Impl::Backed(const image::Image8& picture) {
-    if (backdrop->color) return Over(picture, *backdrop->color);
-    DeviceScene& scene = shared.First().Scene();
-    const image::ImageF seen =
-        SeenOf(backdrop->map, environmentRotation, scene.SettingsFor(0).camera, size, part);
-    Renderer& renderer = scene.GraphRenderer();
-    passes::TonemapSettings opaque = plan.tonemap;
-    opaque.isOpaque = true;
-    opaque.isUnassociated = false;
-    renderer.BeginFrame();
-    const TextureId radiance =
-        passes::UploadTexels(renderer, std::as_bytes(std::span(seen.rgba)),
-                             renderer.CreateTexture("backdrop", {part.Extent(), Format::Rgba32Float}));
-    const Readback shown = renderer.ReadBack(passes::Tonemap(renderer, radiance, opaque));
-    renderer.Execute();
-    return Over(picture, {part.width, part.height, WaitForValues<uint8_t>(shown)});
-}
 
 ProgressState Session::Impl::StateAt(const Stopwatch& watch, uint32_t before, const StopRule& rule,
                                      const RunSummary& soFar, uint32_t doneAtFirst) {
@@ -323,8 +296,7 @@ SessionResult Session::Result() const {
 
 image::Image8 Session::Display() const {
     if (!m_impl->shared.HasPicture()) Reject("there is no picture before a run");
-    image::Image8 picture = m_impl->shared.Display();
-    return m_impl->backdrop ? m_impl->Backed(picture) : picture;
+    return m_impl->shared.Display();
 }
 
 uint32_t Session::SampleCount() const {

@@ -25,7 +25,6 @@
 #include <vector>
 
 #include "base/api.h"
-#include "editor/session/backdrop.h"
 #include "editor/session/file/image_statistics.h"
 #include "editor/session/file/render_file.h"
 #include "editor/session/file/resume.h"
@@ -61,7 +60,7 @@ struct SessionDesc {
     passes::TonemapSettings tonemap{};  // used by Session::Display
     // Session::Display shows this where the environment is hidden (PathSettings::isEnvironmentHidden). None:
     // the picture has an alpha there.
-    std::optional<Backdrop> backdrop;
+    std::optional<passes::BackdropSettings> backdrop;
     const ResumedRender* resumed = nullptr;  // render to resume; only used by the constructor
     TracingChoice tracing{};                 // other than Auto for measurements
     // The other processes that render the picture; null: none. It outlives the session. Each process has a

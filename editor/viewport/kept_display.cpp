@@ -54,12 +54,14 @@ bool CachedDisplay::IsValid(const Source& source, const Key& now) const {
 }
 
 TextureId CachedDisplay::Declare(Renderer& renderer, const Source& source,
-                                 const passes::TonemapSettings& tonemap) {
+                                 const passes::TonemapSettings& tonemap,
+                                 const std::optional<passes::Backdrop>& backdrop) {
     const Extent2D extent = renderer.Desc(source.mean).extent;
     TextureId display = renderer.Persist(m_name, {extent, Format::Rgba8Unorm});
     const bool hasSample = source.after.sampleCount > 0 && !source.isPreview;
     const Key now{.extent = extent,
                   .tonemap = tonemap,
+                  .backdrop = backdrop ? std::optional(backdrop->settings) : std::nullopt,
                   .resetCount = source.resetCount,
                   .progress = source.after,
                   .baseScale = hasSample ? 1 : source.baseScale,
@@ -70,17 +72,18 @@ TextureId CachedDisplay::Declare(Renderer& renderer, const Source& source,
         if (hasSample) {
             changed = {passes::WholeOf(extent)};
         } else {
-            display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap), display, made);
+            display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap, backdrop),
+                                   display, made);
             if (!source.isPreview) changed = CompletedRegions(source.after.cursor, extent);
         }
     }
     if (source.finer.IsValid()) {
         const Region region = Scaled(source.finerTile, renderer.Desc(source.finer).extent, extent);
         if (!region.IsEmpty())
-            display = passes::TonemapInto(renderer, source.finer, display, region, tonemap, made);
+            display = passes::TonemapInto(renderer, source.finer, display, region, tonemap, made, backdrop);
     }
     for (const Region& region : changed)
-        display = passes::TonemapInto(renderer, source.mean, display, region, tonemap, made);
+        display = passes::TonemapInto(renderer, source.mean, display, region, tonemap, made, backdrop);
     return display;
 }
 

@@ -35,8 +35,10 @@ class CachedDisplay {
         passes::Region finerTile{};
         bool isPreview = false;  // `base` is shown whatever the samples are
     };
-    // Declares the passes that update the picture, possibly none. Returns an rgba8 texture.
-    TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);
+    // Declares the passes that update the picture, possibly none. Returns an rgba8 texture. The camera of a
+    // backdrop is that of the picture.
+    TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap,
+                      const std::optional<passes::Backdrop>& backdrop);
     // Returns whether DeclareLast returns a picture of that extent.
     bool HasLast(Renderer& renderer, Extent2D extent) const;
     // Returns the picture of the last submitted frame; an invalid id if there is none.
@@ -48,6 +50,7 @@ class CachedDisplay {
     struct Key {
         Extent2D extent;
         passes::TonemapSettings tonemap;
+        std::optional<passes::BackdropSettings> backdrop;
         uint64_t resetCount = 0;
         passes::Accumulation::Progress progress;
         uint32_t baseScale = 1;  // 1 with a whole sample

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 
 #include "base/api.h"
 #include "passes/tonemap.h"
@@ -56,8 +57,13 @@ struct ShowSettings {
     // it as they get more (Viewport::Progress). The samples stay as they are, and so do views that compare
     // them.
     bool isDenoised = false;
-    float wipePosition = 0.5f;          // fraction of the width that is path-traced; clamped to [0, 1]
-    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever they say
+    float wipePosition = 0.5f;  // fraction of the width that is path-traced; clamped to [0, 1]
+    // The picture is opaque, but where PathSettings::isEnvironmentHidden, with isUnassociated.
+    passes::TonemapSettings tonemap{};
+    // Is behind the scene with PathSettings::isEnvironmentHidden, in path-traced and raster pictures. The
+    // real-time view, which has no alpha, is the denoised path-traced one then, and nothing is compared with
+    // it.
+    std::optional<passes::BackdropSettings> backdrop = {};
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
     float maxError = 1.0f;                         // relative error at the end of the color map; above 0
     float pixelsPerDegree = 67.0206433f;           // the screen as seen by the user, for View::Flip; 1 to 400

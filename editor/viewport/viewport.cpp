@@ -23,6 +23,7 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       rasterDisplay(desc.name + ".raster.display"),
       realTimeDisplay(desc.name + ".real-time.display"),
       denoisedDisplay(desc.name + ".denoised.display"),
+      blurredEnvironment(desc.name + ".blurred-environment"),
       compare(desc.name),
       outline(desc.name + ".outline"),
       realTimeErrors(desc.name + ".real-time.errors") {}
@@ -39,6 +40,7 @@ Viewport::~Viewport() {
     m_impl->ReleaseDenoised();
     m_impl->pathTracedDisplay.Release(m_impl->renderer);
     m_impl->rasterDisplay.Release(m_impl->renderer);
+    m_impl->blurredEnvironment.Release(m_impl->renderer);
     m_impl->compare.Release(m_impl->renderer);
     m_impl->outline.Release(m_impl->renderer);
     m_impl->realTimeErrors.Release(m_impl->renderer);
@@ -364,14 +366,20 @@ bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) cons
 
 ShowSettings Viewport::Impl::ShownAs() const {
     ShowSettings shown = show;
+    if (paths.isEnvironmentHidden) {
+        shown.compared = Compared::Raster;
+        if (shown.view == View::RealTime) shown.isDenoised = true;
+        if (shown.view == View::RealTime) shown.view = View::PathTraced;
+    }
     const MotionView motion = budgetSettings.whileMoving;
     const bool isReplaced =
         (motion == MotionView::Raster && IsRecent(movedAt)) ||
         (motion == MotionView::Auto && IsRecent(changedAt) && isRasterReady && !isPreview &&
          PathTracedView::Exceeds(size, kCoarsestMotion, budget, budget.TracingMs()));
-    if (show.view == View::PathTraced && isReplaced) shown.view = View::Raster;
-    shown.tonemap.isOpaque = true;  // a host may blend it over its window
-    shown.tonemap.isUnassociated = false;
+    if (shown.view == View::PathTraced && isReplaced) shown.view = View::Raster;
+    // A host may blend it over its window
+    shown.tonemap.isUnassociated &= paths.isEnvironmentHidden;
+    shown.tonemap.isOpaque = !shown.tonemap.isUnassociated;
     return shown;
 }
 
@@ -386,7 +394,8 @@ BudgetSettings Viewport::Impl::Limits(const ShowSettings& shownAs) {
 
 TextureId Viewport::Impl::DisplayDenoised(const SceneIds& ids, const passes::TraceSettings& settings,
                                           const PathTracedView::Ids& traced, TextureId display,
-                                          const passes::TonemapSettings& tonemap) {
+                                          const passes::TonemapSettings& tonemap,
+                                          const std::optional<passes::Backdrop>& backdrop) {
     const passes::Accumulation& samples = pathTraced.Samples();
     // While something changes or pipelines are made, nothing may take long
     if (traced.isPreview || IsRecent(changedAt)) {
@@ -410,7 +419,7 @@ TextureId Viewport::Impl::DisplayDenoised(const SceneIds& ids, const passes::Tra
                                                      .after = made,
                                                      .tiles = {},
                                                      .resetCount = denoisedIds.version},
-                                                    tonemap);
+                                                    tonemap, backdrop);
     // Only the denoised picture is seen, but samples go on as long as what is shown needs their display
     return passes::Wipe(renderer, shown, display, 1.0f);
 }
@@ -457,6 +466,10 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (budgetSettings.whileMoving == MotionView::Auto && budget.IsLimited())
         isRasterReady = renderer.PreparePipelines(firstOfRaster, renderer.NextPass());
 
+    std::optional<passes::Backdrop> backdrop;
+    if (paths.isEnvironmentHidden && shownAs.backdrop)
+        backdrop = passes::DeclareBackdrop(renderer, ids, *shownAs.backdrop, blurredEnvironment,
+                                           settings.camera, size, passes::WholeOf(size));
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
     CompareView::Pictures pictures{.pathTraced = traced.radiance,
                                    .other = drawn.radiance,
@@ -477,11 +490,11 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                                   .finer = traced.finer,
                                                                   .finerTile = traced.finerTile,
                                                                   .isPreview = traced.isPreview},
-                                                                 shownAs.tonemap);
+                                                                 shownAs.tonemap, backdrop);
     denoisedIds = {};
     if (ShowsDenoised(shownAs))
         pictures.pathTracedDisplay =
-            DisplayDenoised(ids, settings, traced, pictures.pathTracedDisplay, shownAs.tonemap);
+            DisplayDenoised(ids, settings, traced, pictures.pathTracedDisplay, shownAs.tonemap, backdrop);
     const bool isRedrawn = !(drawnSamples.Submitted() == drawnSamples.Declared());
     const bool isDrawn = isRedrawn || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
@@ -494,7 +507,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                    .resetCount = drawnSamples.ResetCount(),
                                                    .base = drawn.base,
                                                    .baseScale = drawn.baseScale},
-                                                  shownAs.tonemap);
+                                                  shownAs.tonemap, backdrop);
     TimedFrame timed{.frame = renderer.FrameNumber(),
                      .firstDrawing = drawn.firstDrawing,
                      .endDrawing = drawn.endDrawing,
@@ -538,7 +551,7 @@ TextureId Viewport::Impl::DisplayRealTime(TextureId picture, const passes::Accum
     return realTimeDisplay.Declare(
         renderer,
         {.mean = picture, .before = whole, .after = whole, .tiles = {}, .resetCount = realTimeVersion},
-        tonemap);
+        tonemap, {});
 }
 
 // Blends the kept picture with the samples that have been accumulated since.

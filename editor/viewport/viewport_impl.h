@@ -33,7 +33,8 @@ struct Viewport::Impl {
     // Returns the display of the denoised mean, or `display`, that of the mean itself, while there is none.
     TextureId DisplayDenoised(const SceneIds& ids, const passes::TraceSettings& settings,
                               const PathTracedView::Ids& traced, TextureId display,
-                              const passes::TonemapSettings& tonemap);
+                              const passes::TonemapSettings& tonemap,
+                              const std::optional<passes::Backdrop>& backdrop);
     // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
     ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
@@ -99,6 +100,7 @@ struct Viewport::Impl {
     uint64_t realTimeVersion = 0;   // of the picture in realTimeDisplay
     passes::Accumulation::Progress realTimeBlended;
     CachedDisplay pathTracedDisplay, rasterDisplay, realTimeDisplay, denoisedDisplay;
+    passes::BlurredEnvironment blurredEnvironment;
     CompareView compare;
     OutlineView outline;
     PixelRequests requests;

@@ -20,6 +20,7 @@
 #include "renderer/scene/animation/pose.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/model/check.h"
+#include "renderer/scene/model/ground.h"
 
 namespace raygraph {
 
@@ -104,6 +105,7 @@ void GpuScene::Impl::Replace(PreparedContent& content, SceneUpload::Impl& upload
     });
     streams.StopAll();
     scene = std::move(newScene);
+    ground.reset();
     context.builder.Trim();
     context.environment.SetScene(std::move(newEnvironment), content.hasOwnLight);
     content.data.environment = {};
@@ -371,6 +373,26 @@ AddedPart GpuScene::Add(scene::SceneData&& part) {
     return Add(PreparedScene(std::move(part), m_impl->Preparing(), "Add"));
 }
 
+void GpuScene::SetGround(const scene::Bounds& bounds) {
+    std::optional<Impl::Ground>& ground = m_impl->ground;
+    if (!ground && bounds.IsEmpty()) return;
+    if (ground && ground->bounds.min == bounds.min && ground->bounds.max == bounds.max) return;
+    if (bounds.IsEmpty()) {
+        Remove(ground->part);
+        ground.reset();
+        return;
+    }
+    scene::SceneData data = scene::GroundUnder(bounds);
+    if (!ground) {
+        ground = {Add(std::move(data)), bounds};
+        return;
+    }
+    const scene::Instance& place = data.instances.front();
+    SetTransform(ground->part.instances.front(),
+                 scene::PlacedTransform{place.objectToWorld, place.translationResidual});
+    ground->bounds = bounds;
+}
+
 std::shared_ptr<const AddedPart> GpuScene::Stream(PreparedScene&& part) {
     m_impl->RequireNoFrame("Stream");
     return WithMemoryErrors("Stream",
@@ -606,6 +628,17 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
 
 void GpuScene::Extend(const scene::SceneData& posed) {
     m_impl->RequireNoFrame("Extend");
+    if (m_impl->ground) {  // it makes room for their indices
+        const scene::Bounds bounds = m_impl->ground->bounds;
+        SetGround({});
+        try {
+            Extend(posed);
+        } catch (...) {
+            SetGround(bounds);
+            throw;
+        }
+        return SetGround(bounds);
+    }
     SceneObjects& scene = *m_impl->scene;
     const size_t firstInstance = scene.setInstances, firstLight = scene.setLights;
     if (posed.instances.size() < firstInstance || posed.lights.size() < firstLight)

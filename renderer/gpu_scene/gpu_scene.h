@@ -158,6 +158,11 @@ class RAYGRAPH_API GpuScene {
     // part that streams stops.
     void Remove(const AddedPart& part);
 
+    // Puts a ground under these bounds (scene::GroundUnder), or moves it there; empty ones remove it, and
+    // so does SetScene. Views that draw leave it out. It is an instance beyond those of SetScene and Extend.
+    // Costs nothing while the bounds stay. Errors are those of Add.
+    void SetGround(const scene::Bounds& bounds);
+
     // An instance may place a mesh of any part, and parts may share materials and textures: indices are those
     // of the scene. Throws Error{Usage} for what does not exist, and for the numbers that scene::Check
     // refuses.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "base/stopwatch.h"
 #include "renderer/gpu_scene/gpu_scene.h"
@@ -29,6 +30,11 @@ struct GpuScene::Impl {
     SceneContext context;
     SceneStreams streams{context};
     std::unique_ptr<SceneObjects> scene;
+    struct Ground {
+        AddedPart part;
+        scene::Bounds bounds;  // below which it is
+    };
+    std::optional<Ground> ground;
     std::weak_ptr<const void> declaredIn;  // the open frame; expired if there is none
     rhi::Buffer energyTables;
     ResourceState energyTablesState;

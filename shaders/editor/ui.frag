@@ -14,7 +14,7 @@ layout(location = 0) out vec4 target;
 
 void main() {
     vec4 texel = source == 0u   ? textureLod(atlas, uv, 0.0f)
-                 : source == 1u ? vec4(textureLod(picture, uv, 0.0f).xyz, 1.0f)
+                 : source == 1u ? textureLod(picture, uv, 0.0f)
                                 : textureLod(thumbnails, uv, 0.0f);
     target = color * texel;
 }

@@ -167,7 +167,9 @@ void ApproximateMediumAsDiffuse(inout SurfaceMaterial material) {
 }
 
 vec4 Shade(Hit hit, Ray ray) {
-    if (!IsHit(hit)) return vec4(EnvironmentRadiance(ray.direction), 0.0f);
+    if (!IsHit(hit))
+        return HasTraceFeature(kTraceHiddenEnvironment) ? vec4(0.0f)
+                                                        : vec4(EnvironmentRadiance(ray.direction), 0.0f);
     SurfaceInteraction surface = SurfaceAt(hit, ray);
     if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
     if (HasTraceFeature(kTraceScattering)) ApproximateMediumAsDiffuse(surface.material);

@@ -208,7 +208,9 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
 
     request.stop = RenderStop::Time;
     request.minutes = 0.5f;
-    request.backdrop = RenderBackdrop::Transparent;
+    Workspace& work = editor.Work();
+    work.backdrop.reset();
+    work.ShowBackdrop();
     request.pictures = RenderedPictures::Cameras;
     EXPECT_NE(WhyNotRendered(editor.Work(), request).find("{camera}"), std::string::npos);
     request.outputs = {folder / "a-{camera}.exr"};
@@ -219,18 +221,24 @@ TEST_F(RenderTaskTest, HasTheOptionsOfTheRequest) {
     EXPECT_TRUE(Has(task, "--camera", "camera")) << "by its name";
     EXPECT_EQ(std::ranges::count(task.command, "--camera"), 1);
 
-    request.backdrop = RenderBackdrop::Blurred;
-    request.hasGround = true;
-    EXPECT_NE(WhyNotRendered(editor.Work(), request).find("behind a .png or .jpg alone"), std::string::npos);
     request.outputs.push_back(folder / "a-{camera}.jpg");
-    EXPECT_EQ(WhyNotRendered(editor.Work(), request), "");
+    EXPECT_EQ(WhyNotRendered(work, request), "a .jpg cannot be transparent");
+    work.backdrop = passes::BackdropSettings{.color = glm::vec3(1.0f)};
+    work.hasGround = true;
+    work.ShowBackdrop();
+    EXPECT_EQ(WhyNotRendered(work, request), "");
     task = Task(request);
-    EXPECT_TRUE(Has(task, "--backdrop", "blur:10"));
+    EXPECT_TRUE(Has(task, "--backdrop", "1,1,1"));
     EXPECT_TRUE(Has(task, "--ground", "on"));
     EXPECT_FALSE(Has(task, "--transparent", "on"));
-    request.backdrop = RenderBackdrop::Color;
-    EXPECT_TRUE(Has(Task(request), "--backdrop", "1,1,1"));
-    request.backdrop = RenderBackdrop::Environment;
+    request.outputs.pop_back();
+    EXPECT_TRUE(Has(Task(request), "--transparent", "on")) << "an .exr has nothing behind the scene";
+    EXPECT_EQ(std::ranges::count(Task(request).command, "--backdrop"), 0);
+    work.backdrop = passes::BackdropSettings{.blurDegrees = 10.0f};
+    work.ShowBackdrop();
+    request.outputs.back() = folder / "a-{camera}.png";
+    EXPECT_FALSE(Has(Task(request), "--backdrop", "blur:10")) << "there is no map to blur";
+    EXPECT_FALSE(Has(Task(request), "--transparent", "on")) << "the ground is before the environment";
 
     request.pictures = RenderedPictures::Frames;
     request.outputs = {folder / "a-##.exr"};

@@ -104,7 +104,9 @@ TEST_F(RenderWordsTest, OptionsSayWhatIsShown) {
 #ifdef RAYGRAPH_BUILT_PROGRAM
 
 TEST_F(RenderWordsTest, TheCopiedCommandMakesTheShownPicture) {
-    image::WriteHdr(folder / "a sky.hdr", {8, 4, std::vector<float>(8 * 4 * 4, 0.5f)});
+    std::vector<float> sky(8 * 4 * 4, 0.5f);
+    for (size_t i = 0; i < sky.size(); i += 5) sky[i] = 0.25f + 0.01f * static_cast<float>(i);
+    image::WriteHdr(folder / "a sky.hdr", {8, 4, sky});
     Workspace& work = editor.Work();
     work.panels.hierarchy = work.panels.inspector = false;
     viewport::BudgetSettings budget = work.view.Budget();
@@ -117,27 +119,38 @@ TEST_F(RenderWordsTest, TheCopiedCommandMakesTheShownPicture) {
          "fov 51.3\naperture 0.07\nexposure 0.7\nwhite-point 3700\nsize 64x99\nframes 2\n");
     work.gpu.SetEnvironment({.radiance = {0.5f, 1.0f, 2.0f}, .rotation = -0.75f});
     work.view.SetRaster({});  // recorded as `render` does, which has no such option for this view
-    Play("size 64x99\nview path-traced\nsamples 3\npicture " + (folder / "shown.png").string() +
-         "\npicture " + (folder / "shown.exr").string() + "\nkey ctrl+shift+r\n");
 
-    const std::string command = ImGui::GetClipboardText();
-    for (const char* option :
-         {" --aperture 0.07 ", " --focus ", " --exposure 0.7 ", " --white-point 3700", " 51.3"})
-        EXPECT_NE(command.find(option), std::string::npos) << command << " lacks" << option;
-    const std::string line =
-        "cd " + folder.Path().string() +
-        " && PATH=" + std::filesystem::path(RAYGRAPH_BUILT_PROGRAM).parent_path().string() + ":$PATH && " +
-        command + " --spp 3 --output made.png --output made.exr > output 2>&1";
-    ASSERT_EQ(std::system(line.c_str()), 0) << line << test::TextOf(folder / "output");
-    const session::RenderFile shown = session::ReadRenderFile(folder / "shown.exr"),
-                              made = session::ReadRenderFile(folder / "made.exr");
-    EXPECT_EQ(shown.samples, made.samples);
-    EXPECT_EQ(shown.radiance, made.radiance) << "the same bits";
-    EXPECT_EQ(session::FirstDifference(shown.settings, made.settings), "");
     const auto texels = [&](const char* name) {
         return image::DecodeImage8(ReadFile(folder / name), name).rgba;
     };
-    EXPECT_EQ(texels("shown.png"), texels("made.png"));
+    const auto show = [&](const std::string& changes) {
+        Play("size 64x99\nview path-traced\n" + changes + "samples 3\npicture " +
+             (folder / "shown.png").string() + "\npicture " + (folder / "shown.exr").string() +
+             "\nkey ctrl+shift+r\n");
+        return texels("shown.png");
+    };
+    const auto expectSamePicture = [&](std::initializer_list<const char*> options) {
+        const std::string command = ImGui::GetClipboardText();
+        for (const char* option : options)
+            EXPECT_NE(command.find(option), std::string::npos) << command << " lacks" << option;
+        const std::string line =
+            "cd " + folder.Path().string() +
+            " && PATH=" + std::filesystem::path(RAYGRAPH_BUILT_PROGRAM).parent_path().string() +
+            ":$PATH && " + command + " --spp 3 --output made.png --output made.exr > output 2>&1";
+        ASSERT_EQ(std::system(line.c_str()), 0) << line << test::TextOf(folder / "output");
+        const session::RenderFile shown = session::ReadRenderFile(folder / "shown.exr"),
+                                  made = session::ReadRenderFile(folder / "made.exr");
+        EXPECT_EQ(shown.samples, made.samples);
+        EXPECT_EQ(shown.radiance, made.radiance) << "the same bits";
+        EXPECT_EQ(session::FirstDifference(shown.settings, made.settings), "");
+        EXPECT_EQ(texels("shown.png"), texels("made.png"));
+    };
+    show("");
+    expectSamePicture({" --aperture 0.07 ", " --focus ", " --exposure 0.7 ", " --white-point 3700", " 51.3"});
+    work.UseCamera("orbit 30 25");
+    const std::vector<uint8_t> withoutGround = show("backdrop blur:20\n");
+    EXPECT_NE(show("ground on\n"), withoutGround) << "its shadow is seen";
+    expectSamePicture({" --backdrop blur:20", " --ground on"});
 }
 
 #endif

@@ -27,9 +27,9 @@ class SceneViewTest : public EditorTest {
 };
 
 TEST_F(SceneViewTest, ComesBackWithItsMapFromAnotherFolder) {
-    Play(
-        "size 320x200\nview surface\n" + Open(Scene()) + Open(folder / "set" / "sky.hdr") +
-        "mouse 160 100\ndrag left 37 -21\nfov 51\naperture 0.07\nexposure 0.7\nwhite-point 3700\nframes 1\n");
+    Play("size 320x200\nview surface\n" + Open(Scene()) + Open(folder / "set" / "sky.hdr") +
+         "mouse 160 100\ndrag left 37 -21\nfov 51\naperture 0.07\nexposure 0.7\nwhite-point 3700\nbackdrop "
+         "blur:12\nground on\nframes 1\n");
     Workspace& work = editor.Work();
     work.gpu.SetEnvironment({.radiance = {0.5f, 1.0f, 2.0f}, .rotation = -0.75f});
     Play("size 320x200\nkey ctrl+s\nexpect message saved the view: \n");
@@ -45,9 +45,13 @@ TEST_F(SceneViewTest, ComesBackWithItsMapFromAnotherFolder) {
 
     work.RemoveEnvironmentMap();
     work.SetWhitePoint(6500);
+    work.backdrop.reset();
+    work.hasGround = false;
     fs::rename(folder / "set", folder / "moved");
     Play("size 320x200\nexposure 0\n" + Open(folder / "moved" / "box.gltf"));
     SceneView back = work.ShownView();
+    EXPECT_EQ(back.backdrop, "blur:12");
+    EXPECT_TRUE(back.hasGround);
     EXPECT_EQ(back.environment, fs::absolute(folder / "moved" / "sky.hdr"));
     back.environment = saved.environment;
     EXPECT_NEAR(back.rotation, saved.rotation, 1e-4f);
@@ -128,6 +132,8 @@ TEST_F(SceneViewTest, SceneOpensWithoutAFileThatCannotBeRead) {
          "expect message box.gltf.view.json\nexpect nodes 4\n");
     test::Put(ViewFileOf(Scene()), R"({"camera": {"view": "upstairs"}})");
     Play("size 320x200\n" + Open(Scene()) + "expect message box.gltf.view.json: \nexpect nodes 4\n");
+    test::Put(ViewFileOf(Scene()), R"({"backdrop": {"behind": "fog"}})");
+    Play("size 320x200\n" + Open(Scene()) + "expect message fog\nexpect nodes 4\n");
 }
 
 }  // namespace

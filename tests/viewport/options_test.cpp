@@ -92,16 +92,19 @@ const ShowRow kShowRows[] = {
     {"opaque", [](ShowSettings& s) { s.tonemap.isOpaque = true; }, {}},  // it always is
     {"unassociated", [](ShowSettings& s) { s.tonemap.isUnassociated = true; }, {}},
     {"white balance", [](ShowSettings& s) { s.tonemap.whiteBalance[0].y = 0.7f; }, kDisplayed},
+    // The environment is not hidden
+    {"backdrop", [](ShowSettings& s) { s.backdrop = passes::BackdropSettings{}; }, {}},
     {"surface", [](ShowSettings& s) { s.surface = passes::View::Depth; }, {View::Surface}},
     {"error", [](ShowSettings& s) { s.maxError = 4.0f; }, {View::RelativeError}},
     {"pixels per degree", [](ShowSettings& s) { s.pixelsPerDegree = 20.0f; }, {View::Flip}},
 };
 
 auto FieldsOf(ShowSettings& s) {
-    auto& [view, compared, isDenoised, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
+    auto& [view, compared, isDenoised, wipePosition, tonemap, backdrop, surface, maxError, pixelsPerDegree] =
+        s;
     auto& [exposure, tonemapOperator, isOpaque, isUnassociated, whiteBalance] = tonemap;
     return std::tie(view, compared, isDenoised, wipePosition, exposure, tonemapOperator, isOpaque,
-                    isUnassociated, whiteBalance, surface, maxError, pixelsPerDegree);
+                    isUnassociated, whiteBalance, backdrop, surface, maxError, pixelsPerDegree);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include "renderer/scene/animation/deform.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/camera_view.h"
-#include "renderer/scene/model/ground.h"
 
 namespace raygraph::session {
 
@@ -60,7 +59,7 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
                             .usesScene = usesScene,
                             .defaultLight = settings.light});
     m_scene.SetScene(std::move(input.data));
-    if (settings.hasGround) m_scene.Add(scene::GroundUnder(m_atRest.bounds));
+    if (settings.hasGround) m_scene.SetGround(m_atRest.bounds);
     if (m_motion)
         StartPicture();
     else

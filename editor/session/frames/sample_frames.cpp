@@ -256,7 +256,8 @@ void SampleFrames::RestoreFirstHalf(passes::Accumulation& into) {
     m_renderer.Execute();
 }
 
-passes::DenoiseInputs SampleFrames::DeclareDenoiseInputs(const passes::AccumulatedIds& radiance,
+passes::DenoiseInputs SampleFrames::DeclareDenoiseInputs(const SceneIds& scene,
+                                                         const passes::AccumulatedIds& radiance,
                                                          TextureId albedo, TextureId normal,
                                                          const passes::Accumulation& firstHalf) {
     passes::DenoiseInputs inputs{radiance.mean, radiance.variance, albedo, normal, {}, {}};
@@ -264,8 +265,8 @@ passes::DenoiseInputs SampleFrames::DeclareDenoiseInputs(const passes::Accumulat
         const uint32_t first = m_samples.front().first;
         passes::TraceSettings settings = m_scene.SettingsFor(first);
         settings.sampleCount = m_submitted;
-        const passes::GuideIds guides = passes::TraceGuides(m_renderer, m_scene.Declare(first), settings,
-                                                            radiance.mean, radiance.variance);
+        const passes::GuideIds guides =
+            passes::TraceGuides(m_renderer, scene, settings, radiance.mean, radiance.variance);
         inputs.albedo = guides.albedo;
         inputs.normal = guides.normal;
         // The guides trace one range of samples: a picture with gaps has others
@@ -291,9 +292,17 @@ void SampleFrames::ReadBackDenoising(const passes::DenoiseInputs& inputs, uint32
     readBack(&DenoisingPlanes::seenSquares, inputs.seen->squares);
 }
 
-TextureId SampleFrames::DeclareDisplay(TextureId mean) {
-    return ShowsLight() ? passes::Tonemap(m_renderer, mean, m_plan.tonemap)
-                        : passes::PaintView(m_renderer, mean, m_plan.view);
+TextureId SampleFrames::DeclareDisplay(TextureId mean, const SceneIds& scene) {
+    if (!ShowsLight()) return passes::PaintView(m_renderer, mean, m_plan.view);
+    std::optional<passes::Backdrop> backdrop;
+    if (m_plan.backdrop) {
+        const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+        const passes::Region part =
+            settings.region.IsEmpty() ? passes::WholeOf(settings.extent) : settings.region;
+        backdrop = passes::DeclareBackdrop(m_renderer, scene, *m_plan.backdrop, m_blurred, settings.camera,
+                                           settings.extent, part);
+    }
+    return passes::Tonemap(m_renderer, mean, m_plan.tonemap, backdrop);
 }
 
 void SampleFrames::FinishPicture() {
@@ -305,6 +314,9 @@ void SampleFrames::FinishPicture() {
     passes::Accumulation firstHalf("firstHalf");
     if (m_plan.NeedsGuides()) RestoreFirstHalf(firstHalf);
     m_renderer.BeginFrame();
+    SceneIds scene;
+    if (m_plan.backdrop || (m_plan.NeedsGuides() && !m_scene.IsBlurred()))
+        scene = m_scene.Declare(m_samples.front().first);
     const std::optional<TextureId> counts = DeclareCounts();
     if (m_adaptive) m_adaptive->ReadBack();
     const passes::AccumulatedIds radiance =
@@ -315,7 +327,7 @@ void SampleFrames::FinishPicture() {
     TextureId shown = radiance.mean;
     if (m_plan.NeedsGuides()) {
         const passes::DenoiseInputs inputs =
-            DeclareDenoiseInputs(radiance, albedo.mean, normal.mean, firstHalf);
+            DeclareDenoiseInputs(scene, radiance, albedo.mean, normal.mean, firstHalf);
         if (m_plan.aovs.Has(Aov::Denoising)) ReadBackDenoising(inputs, firstHalf.SampleCount());
         if (m_plan.isDenoised) {
             shown =
@@ -323,7 +335,7 @@ void SampleFrames::FinishPicture() {
             m_denoised = m_renderer.ReadBack(shown);
         }
     }
-    m_display = m_renderer.ReadBack(DeclareDisplay(shown));
+    m_display = m_renderer.ReadBack(DeclareDisplay(shown, scene));
     for (KeptPart& part : m_parts) ReadBack(part.sum, size, counts);
     if (m_plan.lightGroupCount > 0) {
         const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
@@ -438,7 +450,8 @@ image::Image8 SampleFrames::DisplayOf(const passes::ExactSums& sums, uint32_t sa
     m_renderer.Execute();
     m_renderer.BeginFrame();
     const TextureId mean = passes::Resolve(m_renderer, shown, Size(), false).mean;
-    m_display = m_renderer.ReadBack(DeclareDisplay(mean));
+    const SceneIds scene = m_plan.backdrop ? m_scene.Declare(m_plan.firstSample) : SceneIds{};
+    m_display = m_renderer.ReadBack(DeclareDisplay(mean, scene));
     m_renderer.Execute();
     shown.Reset(passes::ResetCause::Start);
     passes::Release(m_renderer, shown);

@@ -37,11 +37,12 @@ struct FramePlan {
     bool withSums = false;         // returns the sums of everything accumulated
     bool isDenoised = false;       // see SessionDesc; with variance, as Aov::Denoising
     passes::Denoiser denoiser = passes::Denoiser::Network;
-    uint32_t batchSize = 0;                 // see SessionDesc
-    passes::RasterSettings raster;          // settings of the raster view
-    passes::TonemapSettings tonemap;        // settings of the display picture
-    bool hasUnblurred = true;               // renders depth, ids and motion if asked for
-    RetracedBiases retraced{};              // biases without which samples are traced again
+    uint32_t batchSize = 0;                            // see SessionDesc
+    passes::RasterSettings raster;                     // settings of the raster view
+    passes::TonemapSettings tonemap;                   // settings of the display picture
+    std::optional<passes::BackdropSettings> backdrop;  // of the display picture
+    bool hasUnblurred = true;                          // renders depth, ids and motion if asked for
+    RetracedBiases retraced{};                         // biases without which samples are traced again
     const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor
 
     bool NeedsGuides() const { return isDenoised || aovs.Has(Aov::Denoising); }
@@ -156,15 +157,17 @@ class SampleFrames {
     // Without counts, all pixels have equally many samples.
     passes::AccumulatedIds ReadBack(Accumulated& from, Extent2D extent,
                                     const std::optional<TextureId>& counts = {}, bool withVariance = false);
-    TextureId DeclareDisplay(TextureId mean);
+    // With a backdrop, the scene is that of the frame.
+    TextureId DeclareDisplay(TextureId mean, const SceneIds& scene);
     void TakeMeans(RenderFile& render) const;
     // Stores the sums of the samples so far for the denoiser, if they might be half of all samples.
     void KeepFirstHalf();
     // Restores the last stored sums of at most two thirds of the samples, if there are any.
     void RestoreFirstHalf(passes::Accumulation& into);
     // Declares what the denoiser takes; `firstHalf` has the first samples of the picture.
-    passes::DenoiseInputs DeclareDenoiseInputs(const passes::AccumulatedIds& radiance, TextureId albedo,
-                                               TextureId normal, const passes::Accumulation& firstHalf);
+    passes::DenoiseInputs DeclareDenoiseInputs(const SceneIds& scene, const passes::AccumulatedIds& radiance,
+                                               TextureId albedo, TextureId normal,
+                                               const passes::Accumulation& firstHalf);
     void ReadBackDenoising(const passes::DenoiseInputs& inputs, uint32_t firstSamples);
     void ZeroMeans(RenderFile& render) const;
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
@@ -203,6 +206,7 @@ class SampleFrames {
     std::array<FirstSamples, 2> m_firstHalves;  // by age, the older one first
     Readback m_variance, m_denoised, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
     std::vector<std::pair<Texels DenoisingPlanes::*, Readback>> m_denoising;
+    passes::BlurredEnvironment m_blurred{"backdrop"};
     uint32_t m_firstSamples = 0;  // samples of DenoisingPlanes::firstHalf
     struct CountsOfFrame {
         Readback counts;  // TraceCounts

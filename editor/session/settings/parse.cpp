@@ -171,6 +171,28 @@ std::string ToText(float value) {
     return {text.data(), end};
 }
 
+std::optional<passes::BackdropSettings> ParseBackdrop(std::string_view text) {
+    constexpr std::string_view kBlur = "blur:";
+    if (text == "transparent") return std::nullopt;
+    if (text == "map") return passes::BackdropSettings{};
+    if (text.starts_with(kBlur)) {
+        const double degrees = ParseNumber(text.substr(kBlur.size()), 0.5, 90.0);
+        return passes::BackdropSettings{.blurDegrees = static_cast<float>(degrees)};
+    }
+    try {
+        const std::array<float, 3> color = ParseColor(text);
+        return passes::BackdropSettings{.color = glm::vec3(color[0], color[1], color[2])};
+    } catch (const Error& error) {
+        throw MakeError(error.Kind(), "{}; nor map, blur:N or transparent", error.what());
+    }
+}
+
+std::string BackdropText(const std::optional<passes::BackdropSettings>& backdrop) {
+    if (!backdrop) return "transparent";
+    if (const auto& color = backdrop->color) return ToText({color->x, color->y, color->z});
+    return backdrop->blurDegrees > 0.0f ? "blur:" + ToText(backdrop->blurDegrees) : "map";
+}
+
 std::string ToText(rhi::Extent2D size) {
     return Text("{}x{}", size.width, size.height);
 }

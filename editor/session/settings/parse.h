@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "passes/backdrop.h"
 #include "rhi/format.h"
 
 namespace raygraph::session {
@@ -31,6 +33,9 @@ std::array<float, 3> ParseRadiance(std::string_view text);
 // Parses a color that is not negative as linear numbers: "R,G,B", one number for all three, "#rrggbb" of
 // sRGB, or a name such as "gray", with the numbers that CSS has for it.
 std::array<float, 3> ParseColor(std::string_view text);
+// Converts between a backdrop and "map", "blur:N", a color as above, or "transparent": none.
+std::optional<passes::BackdropSettings> ParseBackdrop(std::string_view text);
+std::string BackdropText(const std::optional<passes::BackdropSettings>& backdrop);
 // Returns the parts between commas; throws for an empty part.
 std::vector<std::string_view> ParseList(std::string_view text);
 

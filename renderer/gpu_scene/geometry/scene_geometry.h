@@ -78,8 +78,11 @@ struct GroupResources {
     std::shared_ptr<WideMesh> tree;  // for software traversal, moved into WideSet; null: none
 
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
-    // Tells whether raster views draw the group. They do not draw one that has been removed.
-    bool IsDrawn() const { return !kind.isRound && triangleCount > 0; }
+    // Tells whether raster views draw the group. They draw neither one that has been removed nor a ground.
+    bool IsDrawn() const {
+        const bool isGround = !parts.empty() && parts.front().isShadowCatcher;
+        return !kind.isRound && !isGround && triangleCount > 0;
+    }
 };
 
 struct MeshResources {
