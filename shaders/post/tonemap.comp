@@ -65,7 +65,14 @@ void main() {
     vec4 value = texelFetch(radiance, pixel * textureSize(radiance, 0) / imageSize(display), 0);
     vec3 color = value.xyz;
     float alpha = Has(kOpaque) ? 1.0f : clamp(value.w, 0.0f, 1.0f);
-    if (Has(kUnassociated)) color = value.w > 0.0f ? color / value.w : vec3(0.0f);
+    if (Has(kUnassociated)) {
+        // Display values end at 1, so a color that is brighter than its alpha would lose light. Beside what
+        // sends light to a shadow catcher, alpha may even be negative.
+        vec3 light = SrgbDecode(Shown(color));
+        float coverage = max(clamp(value.w, 0.0f, 1.0f), max(light.x, max(light.y, light.z)));
+        if (!Has(kOpaque)) alpha = coverage;
+        color = coverage > 0.0f ? color / coverage : vec3(0.0f);
+    }
     vec3 shown = Shown(color);
     if (Has(kBacked)) {
         if (alpha < 1.0f) shown = SrgbEncode(mix(Behind(pixel), SrgbDecode(shown), alpha));

@@ -536,6 +536,22 @@ TEST_F(TonemapTest, Tonemap_UnassociatedColorIsThatOfWhatAlphaCovers) {
     }
 }
 
+// A lamp that covers a part of a pixel, beside a ground that it lights: alpha is below what the lamp covers.
+TEST_F(TonemapTest, Tonemap_UnassociatedColorKeepsItsLight) {
+    const std::vector<float> radiance = {3.0f, 0.5f,  0.0f, -40.0f, 0.2f, 0.1f,
+                                         0.0f, -1.0f, 0.2f, 0.1f,   0.0f, 0.01f};
+    const Texels shown = harness.Run([&](PassHarness& h) {
+        const TextureId texture = h.Texture("radiance", {3, 1}, Format::Rgba32Float, radiance);
+        return passes::Tonemap(h.Graph(), texture,
+                               {.tonemapOperator = TonemapOperator::Srgb, .isUnassociated = true});
+    });
+    for (uint32_t x = 0; x < 3; ++x)
+        for (uint32_t c = 0; c < 3; ++c) {
+            const double light = shading::SrgbDecode(shown.At(x, 0)[c]) * shown.At(x, 0)[3];
+            EXPECT_NEAR(light, std::min(radiance[4 * x + c], 1.0f), 0.01) << x << ", " << c;
+        }
+}
+
 TEST_F(TonemapTest, Tonemap_WhiteBalanceIsBeforeExposureAndCurve) {
     const std::vector<float> colors = Colors();
     // Columns
