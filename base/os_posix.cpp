@@ -576,6 +576,8 @@ namespace {
         action.sa_handler = SIG_DFL;
         sigaction(signal, &action, nullptr);
     }
+    // dup2 of a descriptor onto itself, where the parent has no output, leaves it to be closed
+    if (output == STDOUT_FILENO || output == STDERR_FILENO) fcntl(output, F_SETFD, 0);
     // A parent that is killed cannot end it; one that was killed before this call is not its parent any more
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     const bool isReady = getppid() == parent && dup2(output, STDOUT_FILENO) >= 0 &&

@@ -12,7 +12,7 @@ namespace {
 // These are flags of shaders/post/tonemap.comp.
 constexpr uint32_t kOpaque = 1, kUnassociated = 2, kBalanced = 4, kBacked = 8, kColored = 16, kMapped = 32;
 
-// Is the uniform block of that shader.
+// This is the uniform block of shaders/post/tonemap.comp.
 struct BackdropConstants {
     glm::vec3 right{0.0f}, up{0.0f}, forward{0.0f};
     uint32_t isOrthographic = 0;

@@ -192,7 +192,7 @@ void Document::Save(const std::filesystem::path& to) {
     if (m_stamp && StampOf(m_file) != m_stamp)
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved", m_file);
     if (m_json.empty()) m_json = scene::ReadGltfJson(m_file);
-    // Undo needs what a .glb loses, which has fewer bytes than its pictures on the device
+    // The file loses the old image, which undo puts back; in memory the file is smaller than its images
     if (m_content.empty() && !ReplacedImages().empty())
         m_content = ReadFile(m_file, scene::LoadLimits().maxFileBytes);
     WriteFile(to);

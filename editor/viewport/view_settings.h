@@ -60,9 +60,9 @@ struct ShowSettings {
     float wipePosition = 0.5f;  // fraction of the width that is path-traced; clamped to [0, 1]
     // The picture is opaque, but where PathSettings::isEnvironmentHidden, with isUnassociated.
     passes::TonemapSettings tonemap{};
-    // Is behind the scene with PathSettings::isEnvironmentHidden, in path-traced and raster pictures. The
-    // real-time view, which has no alpha, is the denoised path-traced one then, and nothing is compared with
-    // it.
+    // It is shown behind the scene with PathSettings::isEnvironmentHidden, in path-traced and raster
+    // pictures. The real-time view has no alpha: it is replaced by the denoised path-traced one then, and
+    // comparisons are with the raster view.
     std::optional<passes::BackdropSettings> backdrop = {};
     passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
     float maxError = 1.0f;                         // relative error at the end of the color map; above 0

@@ -274,7 +274,7 @@ void Viewport::Impl::ReleaseUnseen(const ShowSettings& shownAs) {
     };
     if (hasExpired(shownAs.view == View::RealTime || ComparesRealTime(shownAs), framesWithoutRealTime))
         ReleaseRealTime();
-    if (hasExpired(ShowsDenoised(show), framesWithoutDenoised)) ReleaseDenoised();
+    if (hasExpired(ShowsDenoised(RequestedAs()), framesWithoutDenoised)) ReleaseDenoised();
 }
 
 void Viewport::Impl::Restart(ResetCause cause) {
@@ -364,13 +364,19 @@ bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) cons
            std::chrono::duration<double, std::milli>(Clock::now() - *time).count() < budgetSettings.settleMs;
 }
 
-ShowSettings Viewport::Impl::ShownAs() const {
-    ShowSettings shown = show;
-    if (paths.isEnvironmentHidden) {
-        shown.compared = Compared::Raster;
-        if (shown.view == View::RealTime) shown.isDenoised = true;
-        if (shown.view == View::RealTime) shown.view = View::PathTraced;
+ShowSettings Viewport::Impl::RequestedAs() const {
+    ShowSettings requested = show;
+    if (!paths.isEnvironmentHidden) return requested;
+    requested.compared = Compared::Raster;
+    if (requested.view == View::RealTime) {
+        requested.isDenoised = true;
+        requested.view = View::PathTraced;
     }
+    return requested;
+}
+
+ShowSettings Viewport::Impl::ShownAs() const {
+    ShowSettings shown = RequestedAs();
     const MotionView motion = budgetSettings.whileMoving;
     const bool isReplaced =
         (motion == MotionView::Raster && IsRecent(movedAt)) ||
@@ -613,14 +619,15 @@ void Viewport::Impl::AnswerRequests(const SceneIds& ids, const passes::TraceSett
                           .raster = rasterSettings,
                           .environment = scene->ShownEnvironment()});
     };
-    if (ShowsPathTraced(show.view) && pathTracedShown) {
+    const ShowSettings requested = RequestedAs();
+    if (ShowsPathTraced(requested.view) && pathTracedShown) {
         // A picture that is to be denoised is, however long its pipelines take
-        if (!ShowsDenoised(show))
+        if (!ShowsDenoised(requested))
             answerCaptures(*pathTracedShown, false, {});
         else if (denoisedIds.picture.IsValid() &&
                  denoisedIds.samples == pathTracedShown->progress.sampleCount)
             answerCaptures(*pathTracedShown, false, denoisedIds.picture);
-    } else if (show.view == View::Raster && rasterShown) {
+    } else if (requested.view == View::Raster && rasterShown) {
         answerCaptures(*rasterShown, true, {});
     }
 }

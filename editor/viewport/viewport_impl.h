@@ -36,6 +36,8 @@ struct Viewport::Impl {
                               const passes::TonemapSettings& tonemap,
                               const std::optional<passes::Backdrop>& backdrop);
     // Returns how this frame is shown: as requested, but opaque, and by another view while the camera moves.
+    // Returns `show`, with another view where the hidden environment leaves it no picture.
+    ShowSettings RequestedAs() const;
     ShowSettings ShownAs() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
     void ReleaseRealTime();

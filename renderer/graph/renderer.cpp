@@ -40,7 +40,7 @@ Renderer::~Renderer() {
     try {
         m_impl->device.WaitFor(m_impl->lastSubmitted);
     } catch (const Error&) {
-        // A lost device completes nothing, so that there is nothing to wait for.
+        // A lost device completes nothing. What a pending buffer of the host uses is retired, and kept.
     }
     for (const std::shared_ptr<Readback::State>& readback : m_impl->readbacks) {
         readback->submitted = Readback::State::kRendererGone;

@@ -15,5 +15,8 @@ void main() {
     if (any(greaterThanEqual(pixel, imageSize(display)))) return;
     vec4 shown = imageLoad(picture, pixel);
     float share = imageLoad(line, pixel).x;
-    imageStore(display, pixel, vec4(mix(shown.xyz, constants.color.xyz, share), shown.w));
+    // Alpha is not premultiplied
+    float alpha = mix(shown.w, 1.0f, share);
+    vec3 color = mix(shown.w * shown.xyz, constants.color.xyz, share);
+    imageStore(display, pixel, vec4(alpha > 0.0f ? color / alpha : vec3(0.0f), alpha));
 }

@@ -40,7 +40,7 @@ struct FramePlan {
     uint32_t batchSize = 0;                            // see SessionDesc
     passes::RasterSettings raster;                     // settings of the raster view
     passes::TonemapSettings tonemap;                   // settings of the display picture
-    std::optional<passes::BackdropSettings> backdrop;  // of the display picture
+    std::optional<passes::BackdropSettings> backdrop;  // shown behind the display picture
     bool hasUnblurred = true;                          // renders depth, ids and motion if asked for
     RetracedBiases retraced{};                         // biases without which samples are traced again
     const RenderFile* continues = nullptr;  // render that is continued; only used by the constructor

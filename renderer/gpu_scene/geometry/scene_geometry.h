@@ -2,6 +2,7 @@
 // a mesh does not change the numbers of others. Threads: that of the Renderer.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -80,7 +81,7 @@ struct GroupResources {
     VkDeviceAddress BlasAddress() const { return hostBlas != 0 ? hostBlas : blas->Address(); }
     // Tells whether raster views draw the group. They draw neither one that has been removed nor a ground.
     bool IsDrawn() const {
-        const bool isGround = !parts.empty() && parts.front().isShadowCatcher;
+        const bool isGround = !parts.empty() && std::ranges::all_of(parts, &GroupPart::isShadowCatcher);
         return !kind.isRound && !isGround && triangleCount > 0;
     }
 };

@@ -35,7 +35,7 @@ struct SaveOrigin {
     // is not in `edited.nodeOrder` is not written.
     std::span<const uint32_t> copiedFrom;
     std::span<const ReplacedImage> images;  // each image at most once
-    // The content that `source` had before an image in its BIN chunk was replaced; "": that of `source`.
+    // The content that `source` had before an image in its BIN chunk was replaced; empty: it still has it.
     std::span<const std::byte> file;
     // Lets `target` need no file outside of its folder: what `source` names there, or by the name of a hidden
     // file, is copied to the target's folder files/.
