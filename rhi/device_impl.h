@@ -98,6 +98,7 @@ struct Device::Impl {
     // The value up to which everything has completed, the host's buffers included.
     VkResult QueryCompleted(uint64_t& value) noexcept;
     bool IsPendingInHost(uint64_t value) const;
+    bool IsCompletedInHost(uint64_t value) const;  // and not yet passed by the semaphore
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
                          std::span<const SemaphoreUse> signals);
     // Ends the delivery of validation messages.

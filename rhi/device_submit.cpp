@@ -192,6 +192,11 @@ bool Device::Impl::IsPendingInHost(uint64_t value) const {
     return pendingInHost.contains(value);
 }
 
+bool Device::Impl::IsCompletedInHost(uint64_t value) const {
+    const std::lock_guard lock(handedMutex);
+    return completedInHost.contains(value);
+}
+
 VkResult Device::Impl::QuerySignaled(uint64_t& value) noexcept {
     return vk.vkGetSemaphoreCounterValue(device, timeline, &value);
 }
@@ -245,7 +250,7 @@ void Device::WaitFor(uint64_t value) {
             ErrorKind::Usage,
             "WaitFor({}): it is in a command buffer of the host, which has not completed it (Complete)",
             value);
-    const VkResult result = HasCompleted(value) ? VK_SUCCESS : m_impl->Await(value);
+    const VkResult result = m_impl->IsCompletedInHost(value) ? VK_SUCCESS : m_impl->Await(value);
     if (result == VK_TIMEOUT)
         throw Error(
             ErrorKind::DeviceLost,

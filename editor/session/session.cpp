@@ -184,11 +184,14 @@ RunSummary Session::Impl::Run(const StopRule& rule,
     if (described.measuredError) goal.Measured(*described.measuredError);
     const Stopwatch watch;
     uint32_t doneAtFirst = 0;  // samples of this run at its first finished one
+    const auto isAskedToEnd = [&] {
+        return (rule.isStopRequested && rule.isStopRequested()) ||
+               (rule.isPauseRequested && rule.isPauseRequested());
+    };
     const auto tick = [&] {
         if (shared.IsRoot() && doneAtFirst == 0 && shared.SampleCount() > before) shared.WaitForSamples();
-        // It is asked before the progress is shown: who sees samples may rely on their being saved
-        const bool isStopped = (rule.isStopRequested && rule.isStopRequested()) ||
-                               (rule.isPauseRequested && rule.isPauseRequested());
+        // Who sees samples may rely on their being saved, and may end the run with them
+        bool isStopped = isAskedToEnd();
         if (shared.IsRoot()) {
             const uint32_t done = shared.SamplesDone() - before;
             if (doneAtFirst == 0 && done > 0) {
@@ -197,6 +200,7 @@ RunSummary Session::Impl::Run(const StopRule& rule,
             }
             if (progress) progress(StateAt(watch, before, rule, summary, doneAtFirst));
         }
+        isStopped |= isAskedToEnd();
         if (isStopped) return End::Stopped;
         return shared.IsRoot() && rule.seconds && watch.Seconds() >= *rule.seconds ? End::Late
                                                                                    : End::Complete;
