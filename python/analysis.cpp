@@ -124,6 +124,7 @@ py::dict VerifyPicture(Scene& scene, const py::tuple& given, const SettingTexts&
         if (raised) std::rethrow_exception(raised);  // it was stopped
         throw;
     }
+    if (raised) std::rethrow_exception(raised);  // the diagnosis was stopped
     py::dict result = ToDict(verified.verdict.difference, picture.size);
     result["is_right"] = verified.verdict.isRight;
     result["is_decided"] = verified.verdict.isDecided;

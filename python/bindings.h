@@ -22,8 +22,9 @@ namespace raygraph::python {
 
 namespace py = pybind11;
 
-// Messages of the library wait here until a call into the module returns, and then go to Python's `logging`
-// as those of the logger "raygraph". So none of the library's threads ever waits for the GIL under a lock.
+// Messages of the library wait here until a call into the module returns or a render asks Python whether to
+// go on, and then go to Python's `logging` as those of the logger "raygraph". So none of the library's threads
+// ever waits for the GIL under a lock.
 Log LogToPython();
 void SendMessages() noexcept;
 
@@ -53,8 +54,7 @@ struct Scene {
     }
     // Computes what follows from edits. Throws as scene::Check does.
     void Update();
-    // Returns what a picture at a time of the animations takes, or without one of the rest pose. Needs no
-    // GIL.
+    // Returns what a picture at a time of the animations takes, or without one of the rest pose.
     session::SceneInput InputFor(bool isAnimated) const;
 };
 

@@ -75,6 +75,8 @@ void BindErrors(py::module_& module) {
             RaiseError(error, WithKeyword(error.what()));
         } catch (const Error& error) {
             RaiseError(error, error.what());
+        } catch (const py::cast_error&) {
+            PyErr_SetString(PyExc_TypeError, "a value has a type that cannot be converted");
         }
     });
 }

@@ -28,7 +28,7 @@ struct Bound {
     Extent2D extent;
     std::vector<float> texels;     // of an image that is given
     std::vector<std::byte> bytes;  // of a buffer, or of the result
-    py::object like;               // the array whose type and shape a buffer's result has
+    py::array like;                // of a buffer that is an output: its result has this type and shape
     bool isInput = false, isOutput = false;
     TextureId texture;
     BufferId buffer;
@@ -66,9 +66,17 @@ void TakeImage(Bound& bound, const py::object& value) {
             bound.texels[wanted * i + c] = c < given ? array.data()[given * i + c] : (c == 3 ? 1.0f : 0.0f);
 }
 
-std::vector<std::byte> BytesOf(const py::object& value) {
+// Returns the value as an array that can be taken byte for byte. Throws for a ragged list, and for objects,
+// whose bytes would be pointers.
+py::array PlainArray(const std::string& name, const py::object& value) {
     const py::array array = py::array::ensure(value, py::array::c_style);
-    if (!array) throw py::error_already_set();
+    if (!array || array.dtype().attr("hasobject").cast<bool>())
+        throw MakeError(ErrorKind::Usage, "{}: it is no array of numbers", name);
+    return array;
+}
+
+std::vector<std::byte> BytesOf(const std::string& name, const py::object& value) {
+    const py::array array = PlainArray(name, value);
     const auto* first = static_cast<const std::byte*>(array.data());
     return {first, first + array.nbytes()};
 }
@@ -76,8 +84,11 @@ std::vector<std::byte> BytesOf(const py::object& value) {
 py::object ArrayOf(const Bound& bound) {
     const std::span<const std::byte> bytes = bound.bytes;
     if (!IsImage(bound.binding)) {
-        const py::array like = py::array::ensure(bound.like);
+        const py::array& like = bound.like;
         py::array result(like.dtype(), std::vector<py::ssize_t>(like.shape(), like.shape() + like.ndim()));
+        if (static_cast<size_t>(result.nbytes()) != bytes.size())
+            throw MakeError(ErrorKind::Usage, "{}: the result has {} bytes, the array for it {}",
+                            bound.binding.name, bytes.size(), result.nbytes());
         std::memcpy(result.mutable_data(), bytes.data(), bytes.size());
         return result;
     }
@@ -129,8 +140,7 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
         if (IsImage(bound.binding))
             TakeImage(bound, object);
         else
-            bound.bytes = BytesOf(object);
-        bound.like = object;
+            bound.bytes = BytesOf(bound.binding.name, object);
     }
     Extent2D covered;
     for (const auto& [key, value] : outputs) {
@@ -140,8 +150,13 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
         if (!bound.binding.isWritable)
             throw MakeError(ErrorKind::Usage, "{}: the shader does not write it", bound.binding.name);
         if (!IsImage(bound.binding)) {
-            if (!bound.isInput) bound.bytes.resize(static_cast<size_t>(py::array::ensure(object).nbytes()));
-            bound.like = object;
+            bound.like = PlainArray(bound.binding.name, object);
+            const auto size = static_cast<size_t>(bound.like.nbytes());
+            if (!bound.isInput)
+                bound.bytes.resize(size);
+            else if (size != bound.bytes.size())
+                throw MakeError(ErrorKind::Usage, "{}: the output has {} bytes, the input of this name {}",
+                                bound.binding.name, size, bound.bytes.size());
         } else if (!bound.isInput) {
             const auto size = object.cast<std::vector<uint32_t>>();
             if (size.size() < 2)
@@ -160,7 +175,7 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
             throw MakeError(ErrorKind::Usage,
                             "{}: the shader has it, and it is neither an input nor an output", name);
     std::vector<std::byte> pushed;
-    if (!constants.is_none()) pushed = BytesOf(constants);
+    if (!constants.is_none()) pushed = BytesOf("constants", constants);
     if (pushed.size() != shader.pushConstants.bytes)
         throw MakeError(ErrorKind::Usage, "constants: they have {} bytes, the block of the shader has {}",
                         pushed.size(), shader.pushConstants.bytes);

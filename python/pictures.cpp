@@ -43,8 +43,9 @@ struct Picture {
 };
 using PicturePtr = std::shared_ptr<Picture>;
 
-// What a run asks Python: whether a signal has come, as Ctrl-C, and what the progress function says. What
-// they raise ends the run, and is raised after it. Needs no GIL.
+// Asks Python during a run whether a signal has come, as Ctrl-C, and what the progress function says. An
+// exception of theirs ends the run, and is raised after it. Each question takes the GIL, which the run's
+// threads do not hold; the constructor, Raise and the destructor need it.
 class Listener {
   public:
     explicit Listener(py::object progress) : m_progress(std::move(progress)) {}
@@ -80,6 +81,7 @@ class Listener {
     void Ask(Question&& question) {
         if (m_raised) return;
         const py::gil_scoped_acquire acquired;
+        SendMessages();
         try {
             question();
         } catch (...) {
@@ -104,7 +106,7 @@ Choice ChoiceOf(const std::string& what, const std::string& text) {
     throw MakeError(ErrorKind::Usage, "{}: {} is none of {}", what, Quoted(text), all);
 }
 
-// As `raygraph render` shows it.
+// Returns how `raygraph render` shows such a picture.
 passes::TonemapSettings TonemapOf(const Display& display, const SceneInput* input,
                                   const PictureSettings& settings) {
     passes::TonemapSettings tonemap{.exposureEv = display.exposureEv};
@@ -147,7 +149,10 @@ PictureSettings SettingsFor(const Scene& scene, const SettingTexts& texts) {
 
 PicturePtr Render(Scene& scene, const SettingTexts& texts, const Request& request, const Display& display,
                   py::object progress, const std::vector<DevicePtr>& devices) {
-    SessionDesc desc{.settings = SettingsFor(scene, texts), .firstSample = request.firstSample};
+    SettingTexts given = texts;
+    const bool showsOnlyShadow = HideBehindGround(given);
+    SessionDesc desc{.settings = SettingsFor(scene, given), .firstSample = request.firstSample};
+    if (showsOnlyShadow) desc.backdrop = passes::BackdropSettings{};
     for (const std::string& name : request.aovs) {
         const Aov aov = ChoiceOf<Aov>("aovs", name);
         if (!CanHave(aov, desc.settings))
@@ -175,7 +180,10 @@ PicturePtr Render(Scene& scene, const SettingTexts& texts, const Request& reques
     std::vector<DevicePtr> used = devices;
     if (used.empty()) used.push_back(DeviceOrDefault(nullptr));
     std::vector<rhi::Device*> pointers;
-    for (const DevicePtr& device : used) pointers.push_back(device.get());
+    for (const DevicePtr& device : used) {
+        if (!device) throw Error(ErrorKind::Usage, "device: one of the list is None");
+        pointers.push_back(device.get());
+    }
 
     Listener listener(std::move(progress));
     rule.isStopRequested = [&] { return listener.IsStopRequested(); };
@@ -232,23 +240,26 @@ py::dict ArraysOf(const PicturePtr& picture) {
     return arrays;
 }
 
-// Returns the picture as `render` shows it; of a file, with the display that is given.
+// Returns the picture as `render` shows it, or one of a file or merged one with the default display. The
+// first result stays, since arrays of Python view its memory.
 const image::Image8& Shown(Picture& picture) {
     if (picture.display) return *picture.display;
     const DevicePtr device = DeviceOrDefault(nullptr);
-    WithoutGil([&] {
+    image::Image8 made = WithoutGil([&] {
         const RenderFile& render = picture.render;
-        const passes::TonemapSettings tonemap = WithAlphaOf({}, SettingsFrom(render.settings));
+        const PictureSettings settings = SettingsFrom(render.settings);
         Renderer renderer(*device);
         renderer.BeginFrame();
         const TextureId radiance = passes::UploadTexels(
             renderer, std::as_bytes(std::span(render.denoised.empty() ? render.radiance : render.denoised)),
             renderer.CreateTexture("picture", {render.size, Format::Rgba32Float}));
-        const Readback shown = renderer.ReadBack(passes::Tonemap(renderer, radiance, tonemap));
+        const Readback shown = renderer.ReadBack(
+            passes::ShowsLight(settings.view) ? passes::Tonemap(renderer, radiance, WithAlphaOf({}, settings))
+                                              : passes::PaintView(renderer, radiance, settings.view));
         renderer.Execute();
-        picture.display = image::Image8{render.size.width, render.size.height, WaitForValues<uint8_t>(shown)};
-        return 0;
+        return image::Image8{render.size.width, render.size.height, WaitForValues<uint8_t>(shown)};
     });
+    if (!picture.display) picture.display = std::move(made);  // another thread may have been first
     return *picture.display;
 }
 

@@ -13,6 +13,7 @@
 #include "editor/session/file/content_hash.h"
 #include "editor/session/settings/as_input.h"
 #include "python/bindings.h"
+#include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/check.h"
 #include "renderer/scene/model/scene_fields.h"
@@ -81,7 +82,7 @@ std::string ShapeText(const py::array& array) {
     return text + ")";
 }
 
-// Returns the rows of an array of shape (n, N).
+// Returns the rows of an array of shape (n, N). Throws if one is not finite.
 template <int N>
 std::vector<glm::vec<N, float>> RowsOf(const char* name, const Floats& array) {
     if (array.ndim() != 2 || array.shape(1) != N)
@@ -90,6 +91,9 @@ std::vector<glm::vec<N, float>> RowsOf(const char* name, const Floats& array) {
     static_assert(sizeof(rows[0]) == N * sizeof(float));
     if (!rows.empty())
         std::memcpy(static_cast<void*>(rows.data()), array.data(), rows.size() * sizeof(rows[0]));
+    if (!std::all_of(array.data(), array.data() + array.size(),
+                     [](float value) { return std::isfinite(value); }))
+        throw MakeError(ErrorKind::Usage, "{}: one is not finite", name);
     return rows;
 }
 
@@ -103,6 +107,7 @@ scene::PlacedTransform TransformOf(const Doubles& array) {
             placed.matrix[column][row] = static_cast<float>(array.at(row, column));
         placed.rest[row] = static_cast<float>(array.at(row, 3) - double{placed.matrix[3][row]});
     }
+    if (!scene::IsFinite(placed.matrix)) throw Error(ErrorKind::Usage, "matrix: it is not finite");
     return placed;
 }
 
@@ -220,6 +225,13 @@ void SetMatrix(const NodeView& view, const Doubles& array) {
     node.translationResidual = placed.rest;
 }
 
+glm::vec3 FiniteVector(const NodeView& view, const char* what, const py::object& value) {
+    const glm::vec3 vector = VectorOf<3>(value);
+    if (!scene::IsFinite(vector))
+        throw MakeError(ErrorKind::Usage, "nodes[{}]: the {} is not finite", view.index, what);
+    return vector;
+}
+
 scene::Node& WithoutMatrix(const NodeView& view) {
     scene::Node& node = view.Edit();
     if (node.matrix)
@@ -245,7 +257,7 @@ void BindNodes(py::module_& module) {
                 return TupleOf<3>(view.Get().matrix ? (*view.Get().matrix)[3] : view.Get().translation);
             },
             [](const NodeView& view, const py::object& value) {
-                const glm::vec3 place = VectorOf<3>(value);
+                const glm::vec3 place = FiniteVector(view, "translation", value);
                 scene::Node& node = view.Edit();
                 (node.matrix ? (*node.matrix)[3] : node.translation) = place;
                 node.translationResidual = {};
@@ -267,7 +279,7 @@ void BindNodes(py::module_& module) {
         .def_property(
             "scale", [](const NodeView& view) { return TupleOf<3>(view.Get().scale); },
             [](const NodeView& view, const py::object& value) {
-                const glm::vec3 scale = VectorOf<3>(value);
+                const glm::vec3 scale = FiniteVector(view, "scale", value);
                 WithoutMatrix(view).scale = scale;
             })
         .def_property(
@@ -279,7 +291,20 @@ void BindNodes(py::module_& module) {
         });
 }
 
-// An array of texels as a texture of the scene, which a field of a material then names.
+// Returns whether a single field of the materials has this texture, and no other texture has its image.
+bool HasOneUser(const scene::SceneData& data, int32_t texture) {
+    size_t fields = 0;
+    for (const scene::Material& material : data.materials)
+        scene::ForEachMaterialField([&](const auto& field) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(field)>, scene::TextureField>)
+                fields += (material.*field.member).texture == texture ? 1 : 0;
+        });
+    const uint32_t image = data.textures[static_cast<size_t>(texture)].image;
+    return fields == 1 && std::ranges::count(data.textures, image, &scene::Texture::image) == 1;
+}
+
+// Makes an array of texels the texture that a field of a material names. It takes the place of the texture
+// before it, if that has no other user.
 void SetTexture(const MaterialView& view, const scene::TextureField& field, const py::object& value) {
     scene::TextureRef& reference = view.Edit().*field.member;
     if (value.is_none()) {
@@ -287,8 +312,8 @@ void SetTexture(const MaterialView& view, const scene::TextureField& field, cons
         return;
     }
     const Bytes texels = Bytes::ensure(value);
-    if (!texels || !py::isinstance<Bytes>(value) || texels.ndim() != 3 || texels.shape(2) < 3 ||
-        texels.shape(2) > 4 || texels.shape(0) < 1 || texels.shape(1) < 1)
+    if (!texels || !py::isinstance<py::array_t<uint8_t>>(value) || texels.ndim() != 3 ||
+        texels.shape(2) < 3 || texels.shape(2) > 4 || texels.shape(0) < 1 || texels.shape(1) < 1)
         throw MakeError(ErrorKind::Usage, "{}: it is uint8 of (height, width, 3 or 4)",
                         AttributeName(field.name));
     scene::SceneData& data = view.scene->Edit();
@@ -301,11 +326,14 @@ void SetTexture(const MaterialView& view, const scene::TextureField& field, cons
     for (size_t i = 0; i < count; ++i)
         std::copy_n(texels.data() + i * channels, channels,
                     image.rgba.begin() + static_cast<ptrdiff_t>(4 * i));
-    data.images.push_back(std::move(image));
-    data.textures.push_back({.name = data.images.back().name,
-                             .image = static_cast<uint32_t>(data.images.size() - 1),
-                             .colorSpace = field.colorSpace});
-    reference.texture = static_cast<int32_t>(data.textures.size() - 1);
+    if (!reference.IsPresent() || !HasOneUser(data, reference.texture)) {
+        data.textures.push_back({.image = static_cast<uint32_t>(data.images.size())});
+        data.images.emplace_back();
+        reference.texture = static_cast<int32_t>(data.textures.size() - 1);
+    }
+    scene::Texture& texture = data.textures[static_cast<size_t>(reference.texture)];
+    texture = {.name = image.name, .image = texture.image, .colorSpace = field.colorSpace};
+    data.images[texture.image] = std::move(image);
 }
 
 py::object TexelsOf(const MaterialView& view, const scene::TextureRef& reference) {
@@ -370,10 +398,26 @@ void BindLights(py::module_& module) {
         scene::light_fields::kAll);
 }
 
+// Sets a field unless scene::Check would refuse the camera with it.
+void SetCameraField(const CameraView& view, float scene::Camera::*member, float value) {
+    scene::Camera edited = view.Get();
+    edited.*member = value;
+    const auto check = [&](const auto& field) {
+        const float number = edited.*field.member;
+        if (!(number >= field.range.min && number <= field.range.max) &&
+            !(number == 0.0f && field.range.mayBeZero))
+            throw MakeError(ErrorKind::Usage, "cameras[{}]: {} is {}, must be {} to {}", view.index,
+                            AttributeName(field.name), number, field.range.min, field.range.max);
+    };
+    scene::ForEachCameraField(edited.projection, check);
+    view.Edit() = std::move(edited);
+}
+
 void BindCameras(py::module_& module) {
     const auto number = [](float scene::Camera::*member) {
-        return std::pair([member](const CameraView& view) { return view.Get().*member; },
-                         [member](const CameraView& view, float value) { view.Edit().*member = value; });
+        return std::pair(
+            [member](const CameraView& view) { return view.Get().*member; },
+            [member](const CameraView& view, float value) { SetCameraField(view, member, value); });
     };
     const auto yFov = number(&scene::Camera::yFov), xMag = number(&scene::Camera::xMag),
                yMag = number(&scene::Camera::yMag);
@@ -494,8 +538,6 @@ NodeView AddMesh(const ScenePtr& scene, const Floats& positions, const py::objec
     };
     primitive.indices = IndicesOf(indices, count);
     if (primitive.indices.empty()) throw Error(ErrorKind::Usage, "positions: there is no triangle");
-    for (const glm::vec3& position : primitive.positions)
-        if (!scene::IsFinite(position)) throw Error(ErrorKind::Usage, "positions: one is not finite");
     if (uvs) stream("uvs", (primitive.uv0 = RowsOf<2>("uvs", *uvs)).size());
     if (colors) {
         if (colors->ndim() == 2 && colors->shape(1) == 3)
@@ -529,12 +571,17 @@ NodeView AddSpheres(const ScenePtr& scene, const Floats& centers, const py::obje
     scene::Primitive primitive;
     primitive.positions = RowsOf<3>("centers", centers);
     const size_t count = primitive.positions.size();
-    const Floats given(radii);
+    const Floats given = Floats::ensure(radii);
+    if (!given) throw Error(ErrorKind::Usage, "radii: they are no numbers");
     if (given.size() != 1 && static_cast<size_t>(given.size()) != count)
         throw MakeError(ErrorKind::Usage, "radii: there are {}, and {} centers", given.size(), count);
     for (uint32_t i = 0; i < count; ++i) {
         primitive.indices.insert(primitive.indices.end(), 2, i);
-        primitive.radii.push_back(given.data()[given.size() == 1 ? 0 : i]);
+        const float radius = given.data()[given.size() == 1 ? 0 : i];
+        if (!(radius >= scene::kMinRadius && radius <= scene::kMaxRadius))
+            throw MakeError(ErrorKind::Usage, "radii: {} is not {} to {}", radius, scene::kMinRadius,
+                            scene::kMaxRadius);
+        primitive.radii.push_back(radius);
     }
     if (colors) {
         for (const glm::vec3& color : RowsOf<3>("colors", *colors)) primitive.colors.push_back({color, 1.0f});
@@ -639,10 +686,15 @@ void BindScene(py::module_& module) {
         .def("_add_light", &AddLight)
         .def("_load_environment",
              [](Scene& scene, const std::filesystem::path& path) {
-                 WithoutGil([&] {
-                     LoadEnvironment(scene.input, path, LogToPython());
-                     return 0;
+                 SceneInput loaded = WithoutGil([&] {
+                     SceneInput input;
+                     LoadEnvironment(input, path, LogToPython());
+                     return input;
                  });
+                 scene.input.environment = std::move(loaded.environment);
+                 scene.input.environmentFile = std::move(loaded.environmentFile);
+                 scene.input.environmentHash = std::move(loaded.environmentHash);
+                 scene.input.loadMs += loaded.loadMs;
              })
         .def("_set_environment", &SetEnvironmentMap);
     module.def("load", &Load);

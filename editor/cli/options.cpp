@@ -9,6 +9,7 @@
 #include "editor/cli/command_files.h"
 #include "editor/cli/device_list.h"
 #include "editor/session/session.h"
+#include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/parse.h"
 #include "editor/session/settings/setting_table.h"
 #include "passes/tonemap.h"
@@ -687,15 +688,14 @@ void CheckRender(const RenderArguments& arguments) {
 
 void ApplyBackdrop(RenderArguments& arguments) {
     std::optional<passes::BackdropSettings>& backdrop = arguments.backdrop;
-    const auto isOn = [&](const char* name) {
-        const auto found = arguments.given.find(name);
-        return found != arguments.given.end() && found->second == "on";
-    };
-    arguments.isCutOut = !backdrop && isOn("transparent");
+    const auto transparent = arguments.given.find("transparent");
+    arguments.isCutOut = !backdrop && transparent != arguments.given.end() && transparent->second == "on";
     const bool isMap = backdrop && !backdrop->color && backdrop->blurDegrees == 0.0f;
-    const bool isOpen = !backdrop && !arguments.given.contains("transparent");
-    if (isMap) backdrop.reset();
-    if (isOn("ground") && (isMap || isOpen)) arguments.given["transparent"] = "on";
+    if (isMap) {
+        backdrop.reset();
+        arguments.given.erase("transparent");
+    }
+    if (!HideBehindGround(arguments.given) && isMap) arguments.given["transparent"] = "off";
 }
 
 std::optional<passes::BackdropSettings> BackdropOf(const RenderArguments& arguments,

@@ -243,7 +243,11 @@ def merge(pictures):
 def _judged(name, picture):
     """What the comparing functions take: a path, or radiance with the variance of its mean."""
     if isinstance(picture, Picture):
-        variance = picture["variance"] / picture.samples if "variance" in picture and picture.samples > 1 else None
+        counts = picture.get("samples")  # of each pixel of an adaptive picture
+        least = picture.samples if counts is None else counts.min()
+        variance = None
+        if "variance" in picture and least > 1:
+            variance = picture["variance"] / (picture.samples if counts is None else counts[..., None])
         return name, picture["color"], variance, picture.samples
     if isinstance(picture, (str, _os.PathLike)):
         return name, _os.fspath(picture)
@@ -293,7 +297,7 @@ def run_pass(glsl, inputs=None, outputs=None, *, constants=None, groups=None, in
         the shader declares; for a buffer any array, byte for byte.
     outputs: by name, for an image its (height, width), for a buffer an array of the type and shape of the result. A
         binding that is also an input keeps its contents where the shader writes nothing; its value here is not read,
-        but for a buffer's type.
+        but for the type and shape of a buffer, of as many bytes as the input.
     constants: the push constants as an array, such as numpy.float32(0.5) or one of a structured type.
     groups: (x, y, z) workgroups; None: as many as cover the last image of the outputs.
     include: the folder in which #include looks.

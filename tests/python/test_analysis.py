@@ -1,3 +1,6 @@
+import signal
+import time
+
 import numpy as np
 import pytest
 
@@ -40,3 +43,33 @@ def test_explanation_is_that_of_the_program(cornell):
     with pytest.raises(rg.Error) as raised:
         rg.explain(cornell, (99, 8), **SMALL)
     assert raised.value.kind == "usage"
+
+
+def test_noise_of_an_adaptive_picture_is_that_of_its_file(cornell, tmp_path):
+    picture = rg.render(cornell, spp=24, adaptive=True, **SMALL)
+    reference = rg.render(cornell, spp=16, seed=5, **SMALL)
+    assert picture["samples"].min() != picture["samples"].max()
+    picture.save(tmp_path / "a.exr")
+    of_file = rg.compare(reference, tmp_path / "a.exr")
+    assert rg.compare(reference, picture)["z"] == pytest.approx(of_file["z"], rel=1e-4)
+
+
+def test_signal_during_the_diagnosis_is_raised(cornell):
+    wrong = rg.render(cornell, spp=64, **SMALL)["color"] * 1.5
+    start = time.monotonic()
+    assert rg.verify(cornell, wrong, max_samples=64, max_depth=2)["causes"]
+    seconds = time.monotonic() - start
+
+    def interrupt(*_):
+        raise LookupError("enough")
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        for share in (0.4, 0.6, 0.8):
+            with pytest.raises(LookupError):
+                signal.setitimer(signal.ITIMER_REAL, share * seconds)
+                rg.verify(cornell, wrong, max_samples=64, max_depth=2)
+                time.sleep(10 * seconds)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)

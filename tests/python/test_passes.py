@@ -35,6 +35,28 @@ def test_pass_takes_and_returns_buffers():
     np.testing.assert_array_equal(squares["squares"], (numbers**2).reshape(2, 4))
 
 
+def test_buffer_that_is_updated_returns_with_the_size_of_its_input():
+    double = """#version 460
+layout(local_size_x = 4) in;
+layout(set = 0, binding = 0) buffer Numbers { int at[]; } numbers;
+void main() { numbers.at[gl_GlobalInvocationID.x] *= 2; }
+"""
+    numbers = np.arange(8, dtype=np.int32)
+    result = rg.run_pass(double, {"numbers": numbers}, {"numbers": numbers.reshape(2, 4)}, groups=(2, 1, 1))
+    np.testing.assert_array_equal(result["numbers"], numbers.reshape(2, 4) * 2)
+    with pytest.raises(rg.Error, match="numbers: the output has 4 bytes, the input of this name 32"):
+        rg.run_pass(double, {"numbers": numbers}, {"numbers": np.empty(1, np.int32)}, groups=(2, 1, 1))
+
+
+@pytest.mark.parametrize("wrong", [[[1, 2], [3]], [object()] * 8, np.array([(1, "a")], [("x", "i4"), ("y", "O")])])
+def test_buffer_is_no_ragged_list_and_holds_no_objects(wrong):
+    right = np.zeros(8, np.int32)
+    for numbers, squares in ((wrong, right), (right, wrong)):
+        with pytest.raises(rg.Error, match="it is no array of numbers") as raised:
+            rg.run_pass(SQUARES, {"numbers": numbers}, {"squares": squares}, groups=(2, 1, 1))
+        assert raised.value.kind == "usage"
+
+
 def test_picture_goes_through_a_pass(cornell):
     color = rg.render(cornell, spp=1, size=(16, 12))["color"]
     scaled = rg.run_pass(SCALE, {"picture": color}, {"scaled": color.shape[:2]}, constants=np.float32(2))["scaled"]

@@ -1,3 +1,4 @@
+import logging
 import os
 import runpy
 import signal
@@ -39,6 +40,17 @@ def test_picture_has_the_bits_of_the_program(cornell, tmp_path):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
+def test_picture_with_a_ground_has_the_bits_of_the_program(cornell, tmp_path):
+    ran = run_program("render", SCENES / "cornell.gltf", "-o", tmp_path / "a.png", "--size", "16x12", "--spp", "2",
+                      "--ground", "on", "--camera", "orbit 30 20")
+    assert ran.returncode == 0, ran.stderr
+    picture = rg.render(cornell, **SMALL, ground=True, camera="orbit 30 20")
+    assert picture._repr_png_() == (tmp_path / "a.png").read_bytes()
+    assert picture.settings["transparent"] == "on" and (picture.display[..., 3] == 255).all()
+    cut_out = rg.render(cornell, **SMALL, ground=True, transparent=True, camera="orbit 30 20")
+    assert (cut_out.display[..., 3] < 255).any()
+
+
 def test_error_is_the_line_of_the_program(tmp_path):
     (tmp_path / "bad.gltf").write_text("{")
     ran = run_program("render", tmp_path / "bad.gltf", "-o", tmp_path / "a.png")
@@ -56,6 +68,7 @@ def test_error_is_the_line_of_the_program(tmp_path):
     ({"seconds": -1.0}, "seconds: -1 is not above 0"),
     ({"spp": 0}, "spp: 0 is not above 0"),
     ({"denoise": "magic"}, 'denoise: "magic"'),
+    ({"device": [None]}, "device: one of the list is None"),
 ])
 def test_mistake_is_named_by_its_keyword(cornell, options, text):
     with pytest.raises(rg.Error, match=text) as raised:
@@ -186,3 +199,36 @@ def test_two_devices_render_in_two_threads(cornell):
     for thread in threads:
         thread.join()
     np.testing.assert_array_equal(pictures[0]["color"], pictures[1]["color"])
+
+
+def test_display_of_a_picture_that_was_read_is_made_once(cornell, tmp_path):
+    rg.render(cornell, **SMALL).save(tmp_path / "a.exr")
+    picture = rg.read(tmp_path / "a.exr")
+    start = threading.Barrier(4)
+    shown = []
+
+    def show():
+        start.wait()
+        shown.append(picture.display)
+
+    threads = [threading.Thread(target=show) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len({each.__array_interface__["data"][0] for each in shown}) == 1 and len(shown) == 4
+
+
+def test_view_that_is_no_light_is_shown_alike_when_it_is_read(cornell, tmp_path):
+    picture = rg.render(cornell, size=(16, 12), view="normals")
+    picture.save(tmp_path / "a.exr")
+    np.testing.assert_array_equal(rg.read(tmp_path / "a.exr").display, picture.display)
+
+
+def test_messages_come_during_the_call(cornell, caplog):
+    caplog.set_level(logging.DEBUG, "raygraph")
+    seen = []
+    device = rg.Device()
+    caplog.clear()
+    rg.render(cornell, **SMALL, device=device, progress=lambda state: seen.append(len(caplog.records)))
+    assert caplog.records and seen[0] > 0

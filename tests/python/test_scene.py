@@ -1,3 +1,4 @@
+import resource
 import runpy
 
 import numpy as np
@@ -86,11 +87,57 @@ def test_environment_of_an_array_lights_the_scene():
     (lambda scene: scene.add_mesh(QUAD, TRIANGLES, material=rg.Scene().add_material()), "material: it is of another"),
     (lambda scene: scene.add_material(base_color_texture=np.zeros((2, 2))), "base_color_texture: it is uint8"),
     (lambda scene: scene.set_environment(np.full((2, 4, 3), -1.0)), "environment: -1 is no radiance"),
+    (lambda scene: scene.add_mesh(QUAD, TRIANGLES, uvs=[[np.nan, 0]] * 4), "uvs: one is not finite"),
+    (lambda scene: scene.add_mesh(QUAD, TRIANGLES, matrix=np.full((4, 4), np.inf)), "matrix: it is not finite"),
+    (lambda scene: scene.add_spheres([[0, np.inf, 0]], 1), "centers: one is not finite"),
+    (lambda scene: scene.add_spheres([[0, 0, 0]], 0), "radii: 0 is not 1e-09 to 1"),
+    (lambda scene: scene.add_spheres([[0, 0, 0]], [[1], [1, 2]]), "radii: they are no numbers"),
 ])
 def test_mistake_in_arrays_is_named(edit, text):
     with pytest.raises(rg.Error, match=text) as raised:
         edit(rg.Scene())
     assert raised.value.kind == "usage"
+
+
+def test_refused_value_leaves_the_scene_as_it_was():
+    loaded = rg.load(SCENES / "cornell.gltf")
+    camera, node, count = loaded.cameras[0], loaded.nodes[0], len(loaded.nodes)
+    for owner, name, wrong in ((camera, "y_fov", np.nan), (camera, "y_fov", 4), (node, "translation", (0, np.nan, 0))):
+        before = getattr(owner, name)
+        with pytest.raises(rg.Error, match=name):
+            setattr(owner, name, wrong)
+        assert getattr(owner, name) == before
+    with pytest.raises(rg.Error):
+        loaded.add_spheres([[0, 0, 0]], -1)
+    assert len(loaded.nodes) == count
+    with pytest.raises(TypeError):
+        node.translation = "here"
+
+
+def test_texture_takes_views_of_arrays_and_the_place_of_its_predecessor():
+    scene = rg.Scene()
+    texels = np.arange(4 * 4 * 3, dtype=np.uint8).reshape(4, 4, 3)
+    first, second = scene.add_material(base_color_texture=texels[::-1]), scene.add_material(base_color_texture=texels)
+    np.testing.assert_array_equal(first.base_color_texture[..., :3], texels[::-1])
+    first.base_color_texture = texels[:2, ::2]
+    np.testing.assert_array_equal(first.base_color_texture[..., :3], texels[:2, ::2])
+    np.testing.assert_array_equal(second.base_color_texture[..., :3], texels)
+    large = np.zeros((1024, 1024, 4), np.uint8)
+    first.base_color_texture = large
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(64):
+        first.base_color_texture = large
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 64 * 1024  # KiB; kept they were 256 MiB
+
+
+def test_environment_of_a_file_is_that_of_its_array(tmp_path):
+    light = rg.Scene()
+    light.set_environment(np.full((2, 4, 3), 3.0))
+    camera = rg.look_at((0, 0, 3), (0, 0, 0))
+    rg.render(light, **SMALL, camera=camera).save(tmp_path / "map.hdr")
+    scene = rg.Scene()
+    scene.set_environment(tmp_path / "map.hdr")
+    np.testing.assert_allclose(rg.render(scene, **SMALL, camera=camera)["color"][..., :3], 3.0, rtol=2e-2)
 
 
 def test_node_scaled_to_nothing_is_refused():

@@ -173,4 +173,10 @@ DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& setting
     return light;
 }
 
+bool HideBehindGround(SettingTexts& given) {
+    const auto ground = given.find("ground");
+    if (ground == given.end() || ground->second != "on") return false;
+    return given.try_emplace("transparent", "on").second;
+}
+
 }  // namespace raygraph::session

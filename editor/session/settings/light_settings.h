@@ -1,5 +1,6 @@
-// Derives from a picture's settings the color of all its light, for a white balance, and whether the built-in
-// studio lights the picture. Threads: pure functions, for any thread.
+// Derives from a picture's settings the color of all its light, for a white balance, whether the built-in
+// studio lights the picture, and whether a ground hides the environment. Threads: pure functions, for any
+// thread.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -30,5 +31,10 @@ RAYGRAPH_API std::optional<glm::dvec3> LightColor(const SceneInput& input, const
 // only the root has `resumed`, and all get its decision. Throws Error{Usage} for what scene::Check refuses.
 RAYGRAPH_API DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& settings,
                                       const ResumedRender* resumed = nullptr, ProcessGroup* group = nullptr);
+
+// Hides the environment (`transparent`) if `given` turns the ground on and has no word of `transparent`.
+// Returns whether it has: a display picture then has the environment as it is for a backdrop
+// (SessionDesc::backdrop), so that only the ground's shadow is seen.
+RAYGRAPH_API bool HideBehindGround(SettingTexts& given);
 
 }  // namespace raygraph::session
