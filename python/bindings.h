@@ -23,8 +23,8 @@ namespace raygraph::python {
 namespace py = pybind11;
 
 // Messages of the library wait here until a call into the module returns or a render asks Python whether to
-// go on, and then go to Python's `logging` as those of the logger "raygraph". So none of the library's threads
-// ever waits for the GIL under a lock.
+// go on, and then go to Python's `logging` as those of the logger "raygraph". So none of the library's
+// threads ever waits for the GIL under a lock.
 Log LogToPython();
 void SendMessages() noexcept;
 
