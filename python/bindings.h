@@ -1,4 +1,4 @@
-// What the sources of the Python module share. For python/ alone. Threads: with the GIL held, unless a
+// The sources of the Python module share this; it is for python/ alone. Threads: with the GIL held, unless a
 // comment says otherwise.
 #pragma once
 

@@ -81,7 +81,7 @@ void BindErrors(py::module_& module) {
     });
 }
 
-// As the program opens it: "" is RAYGRAPH_DEVICE, else the most suitable one.
+// Opens a device as the program does: "" is RAYGRAPH_DEVICE, else the most suitable one.
 DevicePtr OpenDevice(std::string select, bool validation) {
     const char* variable = std::getenv("RAYGRAPH_DEVICE");
     if (select.empty() && variable != nullptr) select = variable;

@@ -206,8 +206,8 @@ class Workspace {
     CameraController camera;
     float aperture = 0.0f;  // radius of the camera's lens in meters; 0: a pinhole
     float focus = 0.0f;     // its distance in focus, in meters; 0: session::DefaultFocus
-    // What is behind the scene in path-traced and raster pictures; none: they are transparent. With a ground,
-    // path-traced ones show the shadow on it.
+    // It is seen behind the scene in path-traced and raster pictures; none: they are transparent. With a
+    // ground, path-traced ones show the shadow on it.
     std::optional<passes::BackdropSettings> backdrop = passes::BackdropSettings{};
     bool hasGround = false;
     SceneLoader loader;

@@ -67,7 +67,7 @@ TEST_F(ImagesTest, AreExchangedAndSavedWhereTheyWereAndUndoGivesTheFileBack) {
     embedded.json["bufferViews"].push_back({{"buffer", 0}, {"byteLength", old.size()}});
     embedded.json["images"][0]["bufferView"] = embedded.json["bufferViews"].size() - 1;
     Write("scene/embedded.glb", test::MakeGlb(embedded.Text(), &old));
-    // What another view has as well cannot be dropped
+    // Bytes that another view has as well cannot be dropped
     test::GltfDocument shared = embedded;
     shared.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 4}, {"byteLength", 8}});
     Write("scene/shared.glb", test::MakeGlb(shared.Text(), &old));
