@@ -71,10 +71,11 @@ void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, co
 
 CommandList& CommandList::operator=(CommandList&& other) noexcept {
     if (this == &other) return *this;
-    if (m_device) m_device->Recycle(*this, 0);
+    if (m_device) m_device->Recycle(*this, {});
     m_device = std::exchange(other.m_device, nullptr);
     m_commands = std::exchange(other.m_commands, VK_NULL_HANDLE);
     m_pool = std::exchange(other.m_pool, VK_NULL_HANDLE);
+    m_queue = other.m_queue;
     m_serial = std::exchange(other.m_serial, 0);
     m_onSubmitted = std::exchange(other.m_onSubmitted, {});
     m_onDropped = std::exchange(other.m_onDropped, {});
@@ -87,7 +88,7 @@ CommandList& CommandList::operator=(CommandList&& other) noexcept {
 }
 
 CommandList::~CommandList() {
-    if (m_device) m_device->Recycle(*this, 0);
+    if (m_device) m_device->Recycle(*this, {});
 }
 
 const DeviceFunctions& CommandList::Vk() const {

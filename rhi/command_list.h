@@ -14,6 +14,7 @@
 #include "base/api.h"
 #include "rhi/pipeline.h"
 #include "rhi/resources.h"
+#include "rhi/submission.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
@@ -71,6 +72,7 @@ class RAYGRAPH_API CommandList {
 
     VkCommandBuffer Handle() const { return m_commands; }
     Device& Owner() const { return *m_device; }
+    QueueKind Queue() const { return m_queue; }
 
     // Records one vkCmdPipelineBarrier2 for the batch; nothing when all are empty.
     void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images,
@@ -172,6 +174,7 @@ class RAYGRAPH_API CommandList {
     Device* m_device = nullptr;
     VkCommandBuffer m_commands = VK_NULL_HANDLE;
     VkCommandPool m_pool = VK_NULL_HANDLE;
+    QueueKind m_queue = QueueKind::Main;
     uint64_t m_serial = 0;  // among the lists begun
     std::vector<std::function<void()>> m_onSubmitted;
     std::vector<std::function<void()>> m_onDropped;

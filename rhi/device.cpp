@@ -1,5 +1,6 @@
 #include "rhi/device.h"
 
+#include <algorithm>
 #include <tuple>
 
 #include "base/check.h"
@@ -24,39 +25,13 @@ ErrorKind KindOfCreationError(VkResult result) {
 
 void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
                         std::optional<std::chrono::milliseconds> requestedHangLimit) {
-    const auto check = [&](VkResult result, const char* what) {
-        if (result != VK_SUCCESS)
-            throw Error(KindOfCreationError(result),
-                        Text("device '{}': {}: {}", name, what, ResultName(result)), result);
-    };
     vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
-    info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);
+    info = ReadDeviceInfo(instanceFunctions, physicalDevice, Queue(QueueKind::Main).family, optional);
     hangLimit = requestedHangLimit.value_or(info.type == DeviceType::Cpu ? std::chrono::milliseconds(0)
                                                                          : kDefaultHangLimit);
 
-    VmaVulkanFunctions functions{};
-    functions.vkGetInstanceProcAddr = getInstanceProcAddr;
-    functions.vkGetDeviceProcAddr = instanceFunctions.vkGetDeviceProcAddr;
-    VmaAllocatorCreateInfo allocatorInfo{};
-    allocatorInfo.flags = VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT;
-    if (info.optional.memoryBudget) allocatorInfo.flags |= VMA_ALLOCATOR_CREATE_EXT_MEMORY_BUDGET_BIT;
-    allocatorInfo.physicalDevice = physicalDevice;
-    allocatorInfo.device = device;
-    allocatorInfo.instance = instance;
-    allocatorInfo.pAllocationCallbacks = allocation;
-    allocatorInfo.pVulkanFunctions = &functions;
-    // A frame that needs another block waits for its allocation: 256 MiB, the default, take 6 ms on an H200.
-    allocatorInfo.preferredLargeHeapBlockSize = uint64_t{64} << 20;
-    allocatorInfo.vulkanApiVersion = VK_API_VERSION_1_3;
-    check(vmaCreateAllocator(&allocatorInfo, &allocator), "vmaCreateAllocator");
-
-    VkSemaphoreTypeCreateInfo type{};
-    type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
-    type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
-    VkSemaphoreCreateInfo semaphoreInfo{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
-    VkSemaphore semaphore = VK_NULL_HANDLE;
-    check(vk.vkCreateSemaphore(device, &semaphoreInfo, allocation, &semaphore), "vkCreateSemaphore");
-    timeline = semaphore;
+    OpenAllocator();
+    OpenQueues();
 
     const raygraph::Log& log = messages.Messages();
     WriteLog(log, LogLevel::Info, log_category::kDevice, "device '{}': {}, {}, Vulkan {}.{}", name, info.name,
@@ -85,27 +60,69 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     cacheInfo.initialDataSize = cached.bytes.size();
     cacheInfo.pInitialData = cached.bytes.data();
     VkPipelineCache cache = VK_NULL_HANDLE;
-    check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
+    CheckCreation(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
     pipelineCache = cache;
     specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log,
                                SpecializerVersion());
 }
 
-VkResult Device::Impl::Await(uint64_t value) noexcept {
-    const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value};
+void Device::Impl::CheckCreation(VkResult result, const char* what) const {
+    if (result == VK_SUCCESS) return;
+    throw Error(KindOfCreationError(result), Text("device '{}': {}: {}", name, what, ResultName(result)),
+                result);
+}
+
+void Device::Impl::OpenAllocator() {
+    VkPhysicalDeviceMemoryProperties2 properties{
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_PROPERTIES_2, nullptr, {}};
+    instanceFunctions.vkGetPhysicalDeviceMemoryProperties2(physicalDevice, &properties);
+    memoryProperties = properties.memoryProperties;
+    if (allocator) return;
+    CheckCreation(CreateVmaAllocator({.instance = instance,
+                                      .physicalDevice = physicalDevice,
+                                      .device = device,
+                                      .getInstanceProcAddr = getInstanceProcAddr,
+                                      .getDeviceProcAddr = instanceFunctions.vkGetDeviceProcAddr,
+                                      .hasMemoryBudget = info.optional.memoryBudget,
+                                      .callbacks = allocation},
+                                     ownAllocator),
+                  "vmaCreateAllocator");
+    allocator = ownAllocator.get();
+}
+
+void Device::Impl::OpenQueues() {
+    for (QueueState& state : queues) {
+        if (!state.isUsed) continue;
+        if (!state.queue) vk.vkGetDeviceQueue(device, state.family, 0, &state.queue);
+        if (std::ranges::find(queueFamilies, state.family) == queueFamilies.end())
+            queueFamilies.push_back(state.family);
+        VkSemaphoreTypeCreateInfo type{};
+        type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
+        type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+        const VkSemaphoreCreateInfo create{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
+        VkSemaphore semaphore = VK_NULL_HANDLE;
+        CheckCreation(vk.vkCreateSemaphore(device, &create, allocation, &semaphore), "vkCreateSemaphore");
+        state.timeline = semaphore;
+    }
+}
+
+VkResult Device::Impl::Await(const Submission& submission) noexcept {
+    QueueState& queue = Queue(submission.queue);
+    const VkSemaphoreWaitInfo wait{
+        VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &queue.timeline, &submission.value};
     if (hangLimit.count() == 0) return vk.vkWaitSemaphores(device, &wait, UINT64_MAX);
     const auto limit =
         static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(hangLimit).count());
     constexpr uint64_t kMillisecond = 1'000'000;
     uint64_t before = 0;
-    VkResult result = QuerySignaled(before);
+    VkResult result = QuerySignaled(submission.queue, before);
     while (result == VK_SUCCESS) {
-        result = vk.vkWaitSemaphores(device, &wait, hungValue.load() == before ? kMillisecond : limit);
+        result = vk.vkWaitSemaphores(device, &wait, queue.hungValue.load() == before ? kMillisecond : limit);
         if (result != VK_TIMEOUT) return result;
         uint64_t completed = 0;
-        result = QuerySignaled(completed);
+        result = QuerySignaled(submission.queue, completed);
         if (result == VK_SUCCESS && completed == before) {
-            hungValue = completed;
+            queue.hungValue = completed;
             return VK_TIMEOUT;
         }
         before = completed;  // the device is slow, but does not hang
@@ -114,15 +131,17 @@ VkResult Device::Impl::Await(uint64_t value) noexcept {
 }
 
 bool Device::Impl::Drain() noexcept {
-    const uint64_t last = lastSignaled.load();
-    if (!timeline || last == 0) return true;
-    const VkResult result = Await(last);
-    if (result == VK_TIMEOUT) return false;
-    if (result == VK_SUCCESS) return true;
-    // The device is lost: whatever is still running ends in finite time, which the queue knows.
-    LockQueue();
-    vk.vkQueueWaitIdle(queue);
-    UnlockQueue();
+    for (const QueueKind kind : kQueueKinds) {
+        const uint64_t last = Queue(kind).lastSignaled.load();
+        if (!Queue(kind).timeline || last == 0) continue;
+        const VkResult result = Await({last, kind});
+        if (result == VK_TIMEOUT) return false;
+        if (result == VK_SUCCESS) continue;
+        // The device is lost: whatever is still running ends in finite time, which the queue knows.
+        LockQueues();
+        vk.vkQueueWaitIdle(Queue(kind).queue);
+        UnlockQueues();
+    }
     return true;
 }
 
@@ -138,12 +157,12 @@ void Device::Impl::Close() noexcept {
         slots.clear();
         vk.vkDestroyDescriptorSetLayout(device, tableLayout, allocation);
         vk.vkDestroyPipelineCache(device, pipelineCache, allocation);
-        vk.vkDestroySemaphore(device, timeline, allocation);
+        for (const QueueState& state : queues) vk.vkDestroySemaphore(device, state.timeline, allocation);
         if (allocator) {
             if (const uint64_t left = memory.Statistics().usedBytes; left != 0)
                 WriteLog(messages.Messages(), LogLevel::Error, log_category::kMemory,
                          "device '{}' is destroyed before {} bytes of its resources", name, left);
-            vmaDestroyAllocator(allocator);
+            ownAllocator.reset();
         }
     }
     if (isOwned) {
@@ -161,12 +180,12 @@ void Device::Impl::Close() noexcept {
     instance = VK_NULL_HANDLE;
 }
 
-void Device::Impl::LockQueue() {
-    if (lockQueue) lockQueue();
+void Device::Impl::LockQueues() {
+    if (lockQueues) lockQueues();
 }
 
-void Device::Impl::UnlockQueue() {
-    if (unlockQueue) unlockQueue();
+void Device::Impl::UnlockQueues() {
+    if (unlockQueues) unlockQueues();
 }
 
 Device::Device(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
@@ -203,11 +222,14 @@ VkPhysicalDevice Device::PhysicalDevice() const {
 VkInstance Device::Instance() const {
     return m_impl->instance;
 }
-uint32_t Device::QueueFamily() const {
-    return m_impl->queueFamily;
+bool Device::HasQueue(QueueKind queue) const {
+    return m_impl->Queue(queue).isUsed;
 }
-VmaAllocator Device::Allocator() const {
-    return m_impl->allocator;
+uint32_t Device::QueueFamily(QueueKind queue) const {
+    return m_impl->Queue(queue).family;
+}
+std::span<const uint32_t> Device::QueueFamilies() const {
+    return m_impl->queueFamilies;
 }
 VkPipelineCache Device::PipelineCache() const {
     return m_impl->pipelineCache;

@@ -1,5 +1,5 @@
-// Device: one Vulkan device, created by Raygraph or adopted from a host engine, with its memory, its queue
-// and its timeline.
+// Device: one Vulkan device, created by Raygraph or adopted from a host engine, with its memory, its queues
+// and their timelines.
 //
 // There are no globals: a process may have any number of devices, each with its own function table. Nothing
 // here exits or prints; messages go to DeviceDesc::log. Threads: Create*, Retire, CompletedValue and WaitFor
@@ -23,10 +23,10 @@
 #include "base/log.h"
 #include "rhi/device_requirements.h"
 #include "rhi/functions.h"
+#include "rhi/memory_allocator.h"
 #include "rhi/resources.h"
+#include "rhi/submission.h"
 #include "rhi/vulkan.h"
-
-typedef struct VmaAllocator_T* VmaAllocator;
 
 namespace raygraph::rhi {
 
@@ -50,6 +50,8 @@ struct DeviceDesc {
     // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
     std::vector<std::string> surfaceExtensions = {};
     uint32_t framesInFlight = 2;
+    // False: all work goes to the main queue, even where the device has others.
+    bool usesOtherQueues = true;
     // A wait in which no submission completes for this long ends in Error{DeviceLost}, which names the last
     // pass reached. 0: waits are unlimited. nullopt: kDefaultHangLimit, or 0 on a CPU device, whose frames
     // may take that long.
@@ -61,6 +63,12 @@ struct DeviceDesc {
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
+// A queue of a host; null: it has none of the kind.
+struct AdoptedQueue {
+    VkQueue queue = VK_NULL_HANDLE;
+    uint32_t family = 0;
+};
+
 // Holds the objects of a host, all of which outlive the Device. The host has enabled what
 // rhi/device_requirements.h requires.
 struct AdoptedDeviceDesc {
@@ -70,14 +78,19 @@ struct AdoptedDeviceDesc {
     VkDevice device = VK_NULL_HANDLE;
     VkQueue queue = VK_NULL_HANDLE;  // graphics, compute and transfer
     uint32_t queueFamily = 0;
+    // Optional queues for passes that may run beside others, and for uploads (QueueFamilyFor). Each may be
+    // the main queue itself, of the same family: then its work is submitted on its own, in order.
+    AdoptedQueue computeQueue = {};
+    AdoptedQueue transferQueue = {};
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
     std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
     // The optional features that the host has enabled. No other is used, because Vulkan cannot be queried for
     // them. A device that was created with FeaturesFor has OptionalFeaturesOf.
     OptionalFeatures enabledFeatures = {};
-    bool debugUtilsEnabled = false;  // instance has VK_EXT_debug_utils
-    const VkAllocationCallbacks* allocationCallbacks = nullptr;
-    std::function<void()> lockQueue = {};  // called around every queue access when the host shares the queue
+    bool debugUtilsEnabled = false;                              // instance has VK_EXT_debug_utils
+    const VkAllocationCallbacks* allocationCallbacks = nullptr;  // for the host memory of the driver
+    MemoryAllocator* memoryAllocator = nullptr;  // for device memory; null: an allocator of the Device's own
+    std::function<void()> lockQueue = {};  // called around every access to any queue, if the host shares them
     std::function<void()> unlockQueue = {};  // both or neither
     raygraph::Log log = {};                  // as in DeviceDesc
     uint32_t framesInFlight = 2;
@@ -183,8 +196,13 @@ class RAYGRAPH_API Device {
     VkDevice Handle() const;
     VkPhysicalDevice PhysicalDevice() const;
     VkInstance Instance() const;
-    uint32_t QueueFamily() const;
-    VmaAllocator Allocator() const;
+    // Tells whether work for this queue is submitted apart from the main queue's.
+    bool HasQueue(QueueKind queue) const;
+    // Returns the family of a queue that the device has.
+    uint32_t QueueFamily(QueueKind queue = QueueKind::Main) const;
+    // Returns the distinct families of its queues, the main one's first. With more than one, all can access
+    // buffers, and textures that IsShared.
+    std::span<const uint32_t> QueueFamilies() const;
     VkPipelineCache PipelineCache() const;
     VkPipelineCreateFlags PipelineFlags() const;  // flags of all pipelines
     uint32_t FramesInFlight() const;
@@ -223,37 +241,46 @@ class RAYGRAPH_API Device {
     void LimitMemory(uint64_t bytes);
     uint64_t MemoryLimit() const;  // 0: none
 
-    // --- The timeline: every submission signals its next value. Threads: any.
-    // Returns a command list in the recording state; its pool is recycled once its submission has completed.
-    CommandList BeginCommands(const std::string& name);
-    // Ends the list and submits it; returns the timeline value at which it has completed. Throws
+    // --- The timelines: every submission signals the next value of its queue's. Threads: any.
+    // Returns a command list in the recording state, for a queue that the device has; its pool is recycled
+    // once its submission has completed.
+    CommandList BeginCommands(const std::string& name, QueueKind queue = QueueKind::Main);
+    // Ends the list and submits it to its queue. The main and the compute queue wait for all that the
+    // transfer queue was given before; other waits between queues are the caller's (After). Throws
     // Error{DeviceLost} (see AddLastPassReport) or Error{Vulkan}.
-    uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
-                    std::span<const SemaphoreUse> signals = {});
-    // Submits no commands: the signals follow the waits. For work that failed before its submission, whose
-    // semaphores others wait for. Returns and throws as Submit does.
-    uint64_t Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
+    Submission Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
+                      std::span<const SemaphoreUse> signals = {});
+    // Submits no commands to the main queue: the signals follow the waits. For work that failed before its
+    // submission, whose semaphores others wait for. Throws as Submit does.
+    Submission Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
     // Returns a command list that records into a primary command buffer of the host, of the device's queue
     // family, in the recording state and outside of rendering. What the host has bound is lost.
     CommandList RecordInto(VkCommandBuffer commands);
     // Ends a list of RecordInto without ending the host's buffer, which the host then submits exactly once,
-    // to the device's queue. Returns the next timeline value, which counts as reached when the host has said
-    // so by Complete. What is retired meanwhile waits for it.
-    uint64_t HandOver(CommandList&& commands);
-    // The host's submission with this value of HandOver has completed: its fence or semaphore says so. Throws
-    // Error{Usage} for a value that is none, or that has been completed.
-    void Complete(uint64_t value);
+    // to the main queue. Returns the next point of its timeline, which counts as reached when the host has
+    // said so by Complete. What is retired meanwhile waits for it.
+    Submission HandOver(CommandList&& commands);
+    // The host's submission of what HandOver returned this for has completed: its fence or semaphore says so.
+    // Throws Error{Usage} if there is none, or if it has been completed.
+    void Complete(const Submission& submission);
 
     // Returns the value up to which everything has completed, buffers of the host included.
-    uint64_t CompletedValue() const;
+    uint64_t CompletedValue(QueueKind queue = QueueKind::Main) const;
     // Tells whether this one submission, or buffer of the host, has completed; earlier ones may not have.
-    bool HasCompleted(uint64_t value) const;
-    uint64_t LastSubmittedValue() const;
-    VkSemaphore Timeline() const;
+    bool HasCompleted(const Submission& submission) const;
+    // Returns the value of the last submission, or of the last buffer that was handed over to the host.
+    uint64_t LastSubmittedValue(QueueKind queue = QueueKind::Main) const;
+    VkSemaphore Timeline(QueueKind queue = QueueKind::Main) const;
+    // Returns the wait for a submission, for a later submission to any queue of this VkDevice, the host's
+    // included. The semaphore never tells of buffers that were handed over to the host.
+    SemaphoreUse After(const Submission& submission) const;
     // Waits until HasCompleted. Throws Error{DeviceLost} for a device that is lost or hangs
     // (DeviceDesc::hangLimit), and Error{Usage} for a buffer that the host has not completed.
-    void WaitFor(uint64_t value);
-    // Waits for Raygraph's own submissions, not for a host's on the same queue.
+    void WaitFor(const Submission& submission);
+    // Makes the main queue wait for all that the transfer queue was given, without a list of its own: for
+    // commands in a buffer that the host submits.
+    void JoinTransfers();
+    // Waits for Raygraph's own submissions, not for a host's on the same queues.
     void WaitIdle();
 
     // Calls vkQueuePresentKHR under the queue's lock; only for Swapchain. The caller handles its result.
@@ -261,11 +288,11 @@ class RAYGRAPH_API Device {
     // Calls WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
     void WaitQueueIdle();
 
-    // Calls `destroy` once all work submitted so far, and every command list that is being recorded, has
-    // completed; if there is none, it calls it at once. A list that is kept open delays everything that is
-    // retired meanwhile.
+    // Calls `destroy` once all work submitted so far, to any queue, and every command list that is being
+    // recorded, has completed; if there is none, it calls it at once. A list that is kept open delays
+    // everything that is retired meanwhile.
     void Retire(std::function<void()> destroy);
-    // Frees retired objects that the timeline has passed. Submit and WaitFor call it.
+    // Frees retired objects that the timelines have passed. Submit and WaitFor call it.
     void CollectGarbage();
 
     // Gives a Vulkan object its debug name. Does nothing without VK_EXT_debug_utils.
@@ -305,15 +332,15 @@ class RAYGRAPH_API Device {
     void Finish(Texture& texture);
     bool HasFormatFeatures(Format format, VkFormatFeatureFlags needed) const;
     VkImageView CreateView(const Texture& texture, const Subresources& part, ImageShape shape);
-    void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
-    void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
-    void FreeMemory(VmaAllocation allocation) noexcept;
+    void Free(VkBuffer buffer, const MemoryAllocation& memory) noexcept;
+    void Free(VkImage image, VkImageView view, const MemoryAllocation& memory) noexcept;
+    void FreeMemory(const MemoryAllocation& memory) noexcept;
     // Called before and after memory is allocated: the first throws Error{OutOfMemory} beyond the limit, the
-    // second counts the memory.
+    // last counts the memory.
     void RequireMemory(const std::string& subject, uint64_t bytes);
     void CheckMemory(VkResult result, const std::string& subject);
-    void TrackMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);
-    void Recycle(CommandList& commands, uint64_t value) noexcept;
+    void TrackMemory(MemoryAllocation& memory, const std::string& subject, bool isForDevice);
+    void Recycle(CommandList& commands, const Submission& submission) noexcept;
     explicit Device(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
 };

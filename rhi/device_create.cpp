@@ -169,14 +169,22 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
     const uint32_t choice =
         ChooseDevice(ReportOnAll(devices, impl->getInstanceProcAddr, impl->instance), desc.select);
     impl->physicalDevice = devices[choice];
-    impl->queueFamily = *QueueFamilyFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
 
     const float priority = 1.0f;
-    VkDeviceQueueCreateInfo queue{};
-    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queue.queueFamilyIndex = impl->queueFamily;
-    queue.queueCount = 1;
-    queue.pQueuePriorities = &priority;
+    std::vector<VkDeviceQueueCreateInfo> queueInfos;
+    for (const QueueKind kind : kQueueKinds) {
+        if (kind != QueueKind::Main && !desc.usesOtherQueues) continue;
+        const std::optional<uint32_t> family =
+            QueueFamilyFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance, kind);
+        if (!family) continue;
+        impl->Queue(kind).isUsed = true;
+        impl->Queue(kind).family = *family;
+        VkDeviceQueueCreateInfo& queue = queueInfos.emplace_back();
+        queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+        queue.queueFamilyIndex = *family;
+        queue.queueCount = 1;
+        queue.pQueuePriorities = &priority;
+    }
     const FeatureChain features =
         FeaturesFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
     std::vector<const char*> extensions =
@@ -185,8 +193,8 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
     VkDeviceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     info.pNext = features.Root();
-    info.queueCreateInfoCount = 1;
-    info.pQueueCreateInfos = &queue;
+    info.queueCreateInfoCount = static_cast<uint32_t>(queueInfos.size());
+    info.pQueueCreateInfos = queueInfos.data();
     info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
     info.ppEnabledExtensionNames = extensions.data();
     const VkResult result =
@@ -197,7 +205,6 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
 
     impl->Open(OptionalFeaturesOf(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance),
                PipelineCacheFolder(desc.cacheDirectory), desc.hangLimit);
-    impl->vk.vkGetDeviceQueue(impl->device, impl->queueFamily, 0, &impl->queue);
     return std::unique_ptr<Device>(new Device(std::move(impl)));
 }
 
@@ -254,13 +261,22 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     std::vector<VkQueueFamilyProperties2> families(
         familyCount, {VK_STRUCTURE_TYPE_QUEUE_FAMILY_PROPERTIES_2, nullptr, {}});
     vk.vkGetPhysicalDeviceQueueFamilyProperties2(desc.physicalDevice, &familyCount, families.data());
-    const VkQueueFlags needed = Requirements().queueFlags;
-    if (desc.queueFamily >= familyCount)
-        refusals.push_back(
-            Text("queue family {} does not exist, there are {}", desc.queueFamily, familyCount));
-    else if ((families[desc.queueFamily].queueFamilyProperties.queueFlags & needed) != needed)
-        refusals.push_back(
-            Text("queue family {} is not for graphics, compute and transfer", desc.queueFamily));
+    const auto refuseFamily = [&](const AdoptedQueue& queue, VkQueueFlags needed, const char* what) {
+        if (!queue.queue) return;
+        if (queue.family >= familyCount)
+            refusals.push_back(
+                Text("queue family {} does not exist, there are {}", queue.family, familyCount));
+        else if ((families[queue.family].queueFamilyProperties.queueFlags & needed) != needed)
+            refusals.push_back(Text("queue family {} is not for {}", queue.family, what));
+    };
+    const AdoptedQueue mainQueue{desc.queue, desc.queueFamily};
+    refuseFamily(mainQueue, Requirements().queueFlags, "graphics, compute and transfer");
+    refuseFamily(desc.computeQueue, VK_QUEUE_COMPUTE_BIT, "compute");
+    // Graphics and compute include transfers, whether their families say so or not.
+    if (desc.transferQueue.family >= familyCount ||
+        (families[desc.transferQueue.family].queueFamilyProperties.queueFlags &
+         (VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT)) == 0)
+        refuseFamily(desc.transferQueue, VK_QUEUE_TRANSFER_BIT, "transfer");
     if (!refusals.empty()) {
         std::string text = subject + " cannot be used";
         const char* separator = ": ";
@@ -278,12 +294,18 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     impl->instance = desc.instance;
     impl->physicalDevice = desc.physicalDevice;
     impl->device = desc.device;
-    impl->queue = desc.queue;
-    impl->queueFamily = desc.queueFamily;
+    for (const auto& [kind, queue] :
+         {std::pair(QueueKind::Main, mainQueue), std::pair(QueueKind::Compute, desc.computeQueue),
+          std::pair(QueueKind::Transfer, desc.transferQueue)}) {
+        impl->Queue(kind).isUsed = queue.queue != VK_NULL_HANDLE;
+        impl->Queue(kind).queue = queue.queue;
+        impl->Queue(kind).family = queue.family;
+    }
+    impl->allocator = desc.memoryAllocator;
     impl->framesInFlight = std::max(desc.framesInFlight, 1u);
     impl->allocation = desc.allocationCallbacks;
-    impl->lockQueue = desc.lockQueue;
-    impl->unlockQueue = desc.unlockQueue;
+    impl->lockQueues = desc.lockQueue;
+    impl->unlockQueues = desc.unlockQueue;
     impl->instanceFunctions = vk;
     impl->savesPipelineCache = desc.savePipelineCache;
     const OptionalFeatures available =

@@ -12,7 +12,7 @@
 #include "rhi/message_sink.h"
 #include "rhi/retire_queue.h"
 #include "rhi/shader_specializer.h"
-#include "rhi/vma.h"
+#include "rhi/vma_allocator.h"
 
 namespace raygraph::rhi {
 
@@ -31,29 +31,49 @@ std::string ResultName(VkResult result);
 // device are not NoDevice.
 ErrorKind KindOfCreationError(VkResult result);
 
-// Holds a command buffer and its pool; they are reused once the timeline has reached `until`.
+// Holds a command buffer and its pool; they are reused once `until` has completed.
 struct CommandSlot {
     VkCommandPool pool = VK_NULL_HANDLE;
     VkCommandBuffer commands = VK_NULL_HANDLE;
-    uint64_t until = 0;
+    Submission until;
+};
+
+// A queue with its timeline.
+struct QueueState {
+    bool isUsed = false;  // false: the device lacks it, and the rest has no meaning
+    VkQueue queue = VK_NULL_HANDLE;
+    uint32_t family = 0;
+    VkSemaphore timeline = VK_NULL_HANDLE;
+    std::atomic<uint64_t> lastSubmitted{0};  // or handed over to the host
+    std::atomic<uint64_t> lastSignaled{0};   // by own submissions
+    std::atomic<uint64_t> lastCompleted{0};  // the value at the last query
+    // The timeline's value when a wait found the device to hang.
+    std::atomic<uint64_t> hungValue{~uint64_t{0}};
+    uint64_t joinedTransfers = 0;  // value of the transfer queue's timeline for which it waits
 };
 
 class MemoryCounter {
   public:
-    void Add(uint64_t bytes) {
-        const uint64_t used = m_used.fetch_add(bytes) + bytes;
+    // Returns true for the first memory that had to be placed in the host's.
+    bool Add(const MemoryAllocation& memory, uint32_t heap) {
+        const uint64_t used = m_used.fetch_add(memory.size) + memory.size;
         uint64_t peak = m_peak.load();
         while (peak < used && !m_peak.compare_exchange_weak(peak, used)) {
         }
+        m_usedOfHeap[heap].fetch_add(memory.size);
+        return memory.isFallback && m_fallback.fetch_add(memory.size) == 0;
     }
-    void Remove(uint64_t bytes) { m_used.fetch_sub(bytes); }
-    // Counts bytes that had to be placed in the host's memory. Returns true if there were none before.
-    bool AddFallback(uint64_t bytes) { return m_fallback.fetch_add(bytes) == 0; }
-    void RemoveFallback(uint64_t bytes) { m_fallback.fetch_sub(bytes); }
+    void Remove(const MemoryAllocation& memory, uint32_t heap) {
+        m_used.fetch_sub(memory.size);
+        m_usedOfHeap[heap].fetch_sub(memory.size);
+        if (memory.isFallback) m_fallback.fetch_sub(memory.size);
+    }
     MemoryStatistics Statistics() const { return {m_used.load(), m_peak.load(), m_fallback.load()}; }
+    uint64_t UsedOfHeap(uint32_t heap) const { return m_usedOfHeap[heap].load(); }
 
   private:
     std::atomic<uint64_t> m_used{0}, m_peak{0}, m_fallback{0};
+    std::array<std::atomic<uint64_t>, VK_MAX_MEMORY_HEAPS> m_usedOfHeap{};
 };
 
 // The reporters of the last pass reached. Thread-safe; it is shared with them, as they may outlive the
@@ -81,30 +101,39 @@ struct Device::Impl {
     explicit Impl(raygraph::Log log) : messages(std::move(log)) {}
     ~Impl() { Close(); }
 
-    // Makes a working device of the handles: functions, allocator, timeline, pipeline cache. If it throws,
-    // Close() frees what was created.
+    // Makes a working device of the handles: functions, allocator, queues, pipeline cache. Used queues have
+    // their family, and their handle if they are adopted. If it throws, Close() frees what was created.
     void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
               std::optional<std::chrono::milliseconds> requestedHangLimit);
+    void CheckCreation(VkResult result, const char* what) const;
+    void OpenAllocator();
+    void OpenQueues();
     // Frees everything of a device that is idle or lost, and device and instance unless they are adopted.
     // Never throws.
     void Close() noexcept;
     // Waits until all own submissions have completed, or the device is lost. Returns false if it hangs.
     bool Drain() noexcept;
-    // Waits for the timeline. Returns VK_TIMEOUT when no submission has completed for hangLimit, or at once
-    // if the timeline has not advanced since another wait found the device to hang.
-    VkResult Await(uint64_t value) noexcept;
-    // The value that the semaphore of the timeline has now.
-    VkResult QuerySignaled(uint64_t& value) noexcept;
+    // Waits for a queue's timeline. Returns VK_TIMEOUT when no submission has completed for hangLimit, or at
+    // once if the timeline has not advanced since another wait found the device to hang.
+    VkResult Await(const Submission& submission) noexcept;
+    // The value that the semaphore of the queue's timeline has now.
+    VkResult QuerySignaled(QueueKind queue, uint64_t& value) noexcept;
     // The value up to which everything has completed, the host's buffers included.
-    VkResult QueryCompleted(uint64_t& value) noexcept;
-    bool IsPendingInHost(uint64_t value) const;
-    bool IsCompletedInHost(uint64_t value) const;  // and not yet passed by the semaphore
-    uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
-                         std::span<const SemaphoreUse> signals);
+    VkResult QueryCompleted(QueueKind queue, uint64_t& value) noexcept;
+    // The same of all queues; 0 for those that the device lacks.
+    VkResult QueryCompleted(QueueValues& values) noexcept;
+    bool IsPendingInHost(const Submission& submission) const;
+    // Completed, and not yet passed by the semaphore.
+    bool IsCompletedInHost(const Submission& submission) const;
+    Submission SubmitBatch(const Device& owner, QueueKind queue, VkCommandBuffer commands,
+                           std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
+    QueueState& Queue(QueueKind queue) { return queues[IndexOf(queue)]; }
+    const QueueState& Queue(QueueKind queue) const { return queues[IndexOf(queue)]; }
+    QueueValues LastCompleted() const;  // at the last queries
     // Ends the delivery of validation messages.
     void Silence() noexcept;
-    void LockQueue();
-    void UnlockQueue();
+    void LockQueues();
+    void UnlockQueues();
 
     std::shared_ptr<VulkanLoader> loader;  // null: the caller's own
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;
@@ -115,31 +144,27 @@ struct Device::Impl {
     VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
     VkPhysicalDevice physicalDevice = VK_NULL_HANDLE;
     VkDevice device = VK_NULL_HANDLE;
-    VkQueue queue = VK_NULL_HANDLE;
-    uint32_t queueFamily = 0;
+    std::array<QueueState, kQueueKinds.size()> queues;
+    std::vector<uint32_t> queueFamilies;  // distinct, the main queue's first
     uint32_t framesInFlight = 2;
     const VkAllocationCallbacks* allocation = nullptr;
-    std::function<void()> lockQueue, unlockQueue;  // functions of the host, or empty
+    std::function<void()> lockQueues, unlockQueues;  // functions of the host, or empty
 
     InstanceFunctions instanceFunctions;
     DeviceFunctions vk;
     DeviceInfo info;
     MessageSink messages;
-    VmaAllocator allocator = nullptr;
+    VkPhysicalDeviceMemoryProperties memoryProperties{};
+    std::unique_ptr<MemoryAllocator> ownAllocator;  // null: the host's is in use
+    MemoryAllocator* allocator = nullptr;
     MemoryCounter memory;
     std::atomic<uint64_t> memoryLimit{0};  // 0: none
 
-    VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
-    std::atomic<uint64_t> lastSubmitted{0};  // or handed over to the host
-    std::atomic<uint64_t> lastSignaled{0};   // by own submissions
-    std::atomic<uint64_t> lastCompleted{0};  // the value at the last query
-    // Values of HandOver, which the semaphore skips. Completed ones are kept until it has passed them.
+    // Values of HandOver, which the main semaphore skips. Completed ones are kept until it has passed them.
     mutable std::mutex handedMutex;
     std::set<uint64_t> pendingInHost, completedInHost;
     std::chrono::milliseconds hangLimit{0};  // 0: none
-    // The timeline's value when a wait found the device to hang.
-    std::atomic<uint64_t> hungValue{~uint64_t{0}};
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

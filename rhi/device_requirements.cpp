@@ -299,19 +299,35 @@ class Probe {
         return refusals;
     }
 
-    std::optional<uint32_t> QueueFamily() const {
+    std::optional<uint32_t> QueueFamily(QueueKind queue) const {
         uint32_t count = 0;
         m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, nullptr);
         std::vector<VkQueueFamilyProperties2> families(
             count, {VK_STRUCTURE_TYPE_QUEUE_FAMILY_PROPERTIES_2, nullptr, {}});
         m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, families.data());
-        const VkQueueFlags needed = Requirements().queueFlags;
         for (uint32_t i = 0; i < count; ++i)
-            if ((families[i].queueFamilyProperties.queueFlags & needed) == needed) return i;
+            if (Suits(families[i].queueFamilyProperties, queue)) return i;
         return std::nullopt;
     }
 
   private:
+    static bool Suits(const VkQueueFamilyProperties& family, QueueKind queue) {
+        const auto has = [&](VkQueueFlags flags) { return (family.queueFlags & flags) == flags; };
+        const VkExtent3D granularity = family.minImageTransferGranularity;
+        switch (queue) {
+            case QueueKind::Main:
+                return has(Requirements().queueFlags);
+            case QueueKind::Compute:
+                return has(VK_QUEUE_COMPUTE_BIT) && !has(VK_QUEUE_GRAPHICS_BIT);
+            case QueueKind::Transfer:
+                break;
+        }
+        // Families for video are for transfers, too. Uploads copy any number of rows.
+        const VkQueueFlags others = ~(VK_QUEUE_TRANSFER_BIT | VK_QUEUE_SPARSE_BINDING_BIT);
+        return has(VK_QUEUE_TRANSFER_BIT) && (family.queueFlags & others) == 0 && granularity.width == 1 &&
+               granularity.height == 1;
+    }
+
     VkPhysicalDevice m_device;
     InstanceFunctions m_vk;
     std::vector<VkExtensionProperties> m_extensions;
@@ -380,8 +396,8 @@ std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanc
 }
 
 std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                       VkInstance instance) {
-    return Probe(device, loader, instance).QueueFamily();
+                                       VkInstance instance, QueueKind queue) {
+    return Probe(device, loader, instance).QueueFamily(queue);
 }
 
 OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
@@ -439,7 +455,8 @@ std::vector<std::string> UnmetRequirements(VkPhysicalDevice device, PFN_vkGetIns
     // A limit of a missing extension would read as 0, so that only the missing extension is reported.
     if (refusals.empty()) refusals = probe.LimitRefusals();
     for (std::string& refusal : probe.FormatRefusals()) refusals.push_back(std::move(refusal));
-    if (!probe.QueueFamily()) refusals.emplace_back("has no queue family for graphics, compute and transfer");
+    if (!probe.QueueFamily(QueueKind::Main))
+        refusals.emplace_back("has no queue family for graphics, compute and transfer");
     return refusals;
 }
 

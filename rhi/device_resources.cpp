@@ -1,5 +1,5 @@
-// The creation of buffers, textures, samplers and memory blocks. A failed call of Vulkan or of the allocator
-// leaves its handle undefined, so that an owner gets the handle after a success only.
+// The creation of buffers, textures, samplers and memory blocks. A failed call of Vulkan leaves its handle
+// undefined, so that an owner gets the handle after a success only.
 
 #include <algorithm>
 
@@ -41,15 +41,31 @@ VkImageUsageFlags ToVk(TextureUsage usage) {
     return flags;
 }
 
-VkBufferCreateInfo CreateInfo(const BufferDesc& desc) {
+template <typename CreateInfo>
+void Share(CreateInfo& info, std::span<const uint32_t> families) {
+    if (families.size() < 2) return;
+    info.sharingMode = VK_SHARING_MODE_CONCURRENT;
+    info.queueFamilyIndexCount = static_cast<uint32_t>(families.size());
+    info.pQueueFamilyIndices = families.data();
+}
+
+VkBufferCreateInfo CreateInfo(const BufferDesc& desc, std::span<const uint32_t> families) {
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     info.size = desc.size;
     info.usage = ToVk(desc.usage);
+    Share(info, families);
     return info;
 }
 
-VkImageCreateInfo CreateInfo(const TextureDesc& desc) {
+// Textures that shaders only read are shared by all queues. Others are not, because drivers compress targets
+// and storage images only if one queue family at a time may access them.
+bool IsSharedByDesc(const TextureDesc& desc) {
+    using enum TextureUsage;
+    return desc.isShared || Has(Sampled | CopySource | CopyDestination, desc.usage);
+}
+
+VkImageCreateInfo CreateInfo(const TextureDesc& desc, std::span<const uint32_t> families) {
     VkImageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
     info.imageType = VK_IMAGE_TYPE_2D;
@@ -62,27 +78,7 @@ VkImageCreateInfo CreateInfo(const TextureDesc& desc) {
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.tiling = VK_IMAGE_TILING_OPTIMAL;
     info.usage = ToVk(desc.usage);
-    return info;
-}
-
-VmaAllocationCreateInfo AllocationInfo(MemoryKind kind, BufferUsage usage = BufferUsage::None) {
-    VmaAllocationCreateInfo info{};
-    info.usage = VMA_MEMORY_USAGE_AUTO;
-    if (kind == MemoryKind::Device) {
-        info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
-        // Every ray traverses these, and the allocator might place them in host memory permanently.
-        if (Has(usage, BufferUsage::AccelerationStructure))
-            info.requiredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-        return info;
-    }
-    // Buffers that are only copied belong in host memory, since little of the device's own can be mapped. The
-    // allocator cannot know this, because every buffer has an address that shaders might use.
-    if (Has(BufferUsage::CopySource | BufferUsage::CopyDestination, usage))
-        info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_HOST;
-    info.flags = VMA_ALLOCATION_CREATE_MAPPED_BIT |
-                 (kind == MemoryKind::Upload ? VMA_ALLOCATION_CREATE_HOST_ACCESS_SEQUENTIAL_WRITE_BIT
-                                             : VMA_ALLOCATION_CREATE_HOST_ACCESS_RANDOM_BIT);
-    info.requiredFlags = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    if (IsSharedByDesc(desc)) Share(info, families);
     return info;
 }
 
@@ -125,7 +121,7 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
                Text("{} mip levels, possible are 1 to {}", desc.mipLevels, FullMipCount(desc.extent)));
     if (desc.layers == 0 || desc.layers > info.maxTextureLayers)
         Reject(subject, Text("{} layers, possible are 1 to {}", desc.layers, info.maxTextureLayers));
-    const VkImageCreateInfo image = CreateInfo(desc);
+    const VkImageCreateInfo image = CreateInfo(desc, {});
     VkPhysicalDeviceImageFormatInfo2 ask{};
     ask.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_IMAGE_FORMAT_INFO_2;
     ask.format = image.format;
@@ -159,7 +155,7 @@ void CheckFits(const std::string& subject, const MemoryRequirements& needed,
 
 MemoryRequirements Device::RequirementsOf(const BufferDesc& desc) {
     CheckDesc(*this, desc);
-    const VkBufferCreateInfo info = CreateInfo(desc);
+    const VkBufferCreateInfo info = CreateInfo(desc, QueueFamilies());
     VkDeviceBufferMemoryRequirements ask{VK_STRUCTURE_TYPE_DEVICE_BUFFER_MEMORY_REQUIREMENTS, nullptr, &info};
     VkMemoryRequirements2 answer{VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2, nullptr, {}};
     Vk().vkGetDeviceBufferMemoryRequirements(Handle(), &ask, &answer);
@@ -168,7 +164,7 @@ MemoryRequirements Device::RequirementsOf(const BufferDesc& desc) {
 
 MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
     CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
-    const VkImageCreateInfo info = CreateInfo(desc);
+    const VkImageCreateInfo info = CreateInfo(desc, QueueFamilies());
     VkDeviceImageMemoryRequirements ask{};
     ask.sType = VK_STRUCTURE_TYPE_DEVICE_IMAGE_MEMORY_REQUIREMENTS;
     ask.pCreateInfo = &info;
@@ -180,28 +176,27 @@ MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
 Buffer Device::CreateBuffer(const BufferDesc& desc) {
     CheckDesc(*this, desc);
     RequireMemory(Describe(desc), desc.size);
-    const VkBufferCreateInfo info = CreateInfo(desc);
-    VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
-    if (desc.hasOwnMemory) allocate.flags |= VMA_ALLOCATION_CREATE_DEDICATED_MEMORY_BIT;
+    const VkBufferCreateInfo info = CreateInfo(desc, QueueFamilies());
     // The whole buffer is aligned, so that an address at offset 0 always is.
     uint64_t alignment = 16;
     if (Has(desc.usage, BufferUsage::Storage))
         alignment = std::max<uint64_t>(alignment, Info().scratchAlignment);
     if (Has(desc.usage, BufferUsage::ShaderBindingTable))
         alignment = std::max<uint64_t>(alignment, Info().shaderGroupBaseAlignment);
-    VkBuffer handle = VK_NULL_HANDLE;
-    VmaAllocation allocation = nullptr;
-    VmaAllocationInfo allocated{};
-    CheckMemory(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &handle, &allocation,
-                                             &allocated),
-                Describe(desc));
+    const MemoryRequest request{
+        .name = desc.name.c_str(),
+        .kind = desc.memory,
+        .alignment = alignment,
+        .mustBeDeviceLocal = Has(desc.usage, BufferUsage::AccelerationStructure),  // every ray traverses it
+        .isOnlyCopied = Has(BufferUsage::CopySource | BufferUsage::CopyDestination, desc.usage),
+        .isDedicated = desc.hasOwnMemory};
     Buffer buffer;
+    CheckMemory(m_impl->allocator->CreateBuffer(info, request, buffer.m_buffer, buffer.m_memory),
+                Describe(desc));
     buffer.m_desc = desc;
-    buffer.m_buffer = handle;
-    buffer.m_allocation = allocation;
     buffer.m_device = this;
-    buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
-    TrackMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
+    buffer.m_mapped = buffer.m_memory.mapped;
+    TrackMemory(buffer.m_memory, Describe(desc), desc.memory == MemoryKind::Device);
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
@@ -210,13 +205,16 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
     if (desc.memory != MemoryKind::Device)
         Reject(Describe(desc), "a buffer in a memory block is Device memory");
     CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
-    const VkBufferCreateInfo info = CreateInfo(desc);
+    const VkBufferCreateInfo info = CreateInfo(desc, QueueFamilies());
     VkBuffer handle = VK_NULL_HANDLE;
-    Check(vmaCreateAliasingBuffer(Allocator(), memory.m_allocation, &info, &handle), Describe(desc));
+    Check(Vk().vkCreateBuffer(Handle(), &info, AllocationCallbacks(), &handle), Describe(desc));
     Buffer buffer;
     buffer.m_desc = desc;
     buffer.m_buffer = handle;
     buffer.m_device = this;
+    const VkBindBufferMemoryInfo bind{VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO, nullptr, handle,
+                                      memory.m_memory.memory, memory.m_memory.offset};
+    Check(Vk().vkBindBufferMemory2(Handle(), 1, &bind), Describe(desc));
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
@@ -233,15 +231,15 @@ Buffer Device::WrapBuffer(const BufferDesc& desc, VkBuffer buffer) {
     return wrapped;
 }
 
-void Device::Free(VkBuffer buffer, VmaAllocation allocation) noexcept {
+void Device::Free(VkBuffer buffer, const MemoryAllocation& memory) noexcept {
     Vk().vkDestroyBuffer(Handle(), buffer, AllocationCallbacks());
-    FreeMemory(allocation);
+    FreeMemory(memory);
 }
 
-void Device::Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept {
+void Device::Free(VkImage image, VkImageView view, const MemoryAllocation& memory) noexcept {
     Vk().vkDestroyImageView(Handle(), view, AllocationCallbacks());
     Vk().vkDestroyImage(Handle(), image, AllocationCallbacks());
-    FreeMemory(allocation);
+    FreeMemory(memory);
 }
 
 VkImageView Device::CreateView(const Texture& texture, const Subresources& part, ImageShape shape) {
@@ -275,30 +273,32 @@ void Device::Finish(Texture& texture) {
 
 Texture Device::CreateTexture(const TextureDesc& desc) {
     RequireMemory(Describe(desc), RequirementsOf(desc).size);
-    const VkImageCreateInfo info = CreateInfo(desc);
-    const VmaAllocationCreateInfo allocate = AllocationInfo(MemoryKind::Device);
-    VkImage image = VK_NULL_HANDLE;
-    VmaAllocation allocation = nullptr;
-    CheckMemory(vmaCreateImage(Allocator(), &info, &allocate, &image, &allocation, nullptr), Describe(desc));
+    const VkImageCreateInfo info = CreateInfo(desc, QueueFamilies());
     Texture texture;
+    CheckMemory(
+        m_impl->allocator->CreateImage(info, {.name = desc.name.c_str()}, texture.m_image, texture.m_memory),
+        Describe(desc));
     texture.m_desc = desc;
-    texture.m_image = image;
-    texture.m_allocation = allocation;
+    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT || QueueFamilies().size() == 1;
     texture.m_device = this;
-    TrackMemory(texture.m_allocation, Describe(desc), true);
+    TrackMemory(texture.m_memory, Describe(desc), true);
     Finish(texture);
     return texture;
 }
 
 Texture Device::CreateTexture(const TextureDesc& desc, const MemoryBlock& memory) {
     CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
-    const VkImageCreateInfo info = CreateInfo(desc);
+    const VkImageCreateInfo info = CreateInfo(desc, QueueFamilies());
     VkImage image = VK_NULL_HANDLE;
-    Check(vmaCreateAliasingImage(Allocator(), memory.m_allocation, &info, &image), Describe(desc));
+    Check(Vk().vkCreateImage(Handle(), &info, AllocationCallbacks(), &image), Describe(desc));
     Texture texture;
     texture.m_desc = desc;
     texture.m_image = image;
+    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT || QueueFamilies().size() == 1;
     texture.m_device = this;
+    const VkBindImageMemoryInfo bind{VK_STRUCTURE_TYPE_BIND_IMAGE_MEMORY_INFO, nullptr, image,
+                                     memory.m_memory.memory, memory.m_memory.offset};
+    Check(Vk().vkBindImageMemory2(Handle(), 1, &bind), Describe(desc));
     Finish(texture);
     return texture;
 }
@@ -310,6 +310,7 @@ Texture Device::WrapTexture(const TextureDesc& desc, VkImage image) {
     texture.m_desc = desc;
     texture.m_image = image;
     texture.m_ownsImage = false;
+    texture.m_isShared = desc.isShared || QueueFamilies().size() == 1;
     texture.m_device = this;
     Finish(texture);
     return texture;
@@ -377,48 +378,35 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     if (requirements.size == 0) Reject(subject, "its size is zero");
     RequireMemory(subject, requirements.size);
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
-    VmaAllocationCreateInfo allocate{};
-    allocate.preferredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-    VmaAllocation allocation = nullptr;
-    VmaAllocationInfo allocated{};
-    CheckMemory(vmaAllocateMemory(Allocator(), &needed, &allocate, &allocation, &allocated), subject);
-    vmaSetAllocationName(Allocator(), allocation, name.c_str());
     MemoryBlock block;
-    block.m_allocation = allocation;
+    CheckMemory(m_impl->allocator->Allocate(needed, {.name = name.c_str()}, block.m_memory), subject);
     block.m_device = this;
     // The block has one memory type from here on, which bound resources must be able to use.
-    block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
-    TrackMemory(block.m_allocation, subject, true);
+    block.m_requirements = {requirements.size, requirements.alignment, 1u << block.m_memory.memoryType};
+    TrackMemory(block.m_memory, subject, true);
     return block;
 }
 
 // --- Memory accounting: use, budget, limit ---
-
-namespace {
-
-// Marks allocations that had to go into the host's memory.
-char fallbackMark = 0;
-
-}  // namespace
 
 MemoryStatistics Device::Memory() const {
     return m_impl->memory.Statistics();
 }
 
 std::vector<MemoryHeap> Device::MemoryHeaps() const {
-    const VkPhysicalDeviceMemoryProperties* properties = nullptr;
-    vmaGetMemoryProperties(Allocator(), &properties);
-    // Makes the allocator query the driver, whose answers it caches for long.
-    vmaSetCurrentFrameIndex(Allocator(), 0);
-    std::vector<VmaBudget> budgets(VK_MAX_MEMORY_HEAPS);
-    vmaGetHeapBudgets(Allocator(), budgets.data());
+    VkPhysicalDeviceMemoryBudgetPropertiesEXT budget{};
+    budget.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT;
+    const bool hasBudget = Info().optional.memoryBudget;
+    VkPhysicalDeviceMemoryProperties2 properties{
+        VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_PROPERTIES_2, hasBudget ? &budget : nullptr, {}};
+    m_impl->instanceFunctions.vkGetPhysicalDeviceMemoryProperties2(PhysicalDevice(), &properties);
     std::vector<MemoryHeap> heaps;
-    for (uint32_t i = 0; i < properties->memoryHeapCount; ++i) {
-        const VkMemoryHeap& heap = properties->memoryHeaps[i];
+    for (uint32_t i = 0; i < properties.memoryProperties.memoryHeapCount; ++i) {
+        const VkMemoryHeap& heap = properties.memoryProperties.memoryHeaps[i];
         heaps.push_back({.isDeviceLocal = (heap.flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0,
                          .sizeBytes = heap.size,
-                         .budgetBytes = budgets[i].budget,
-                         .usedBytes = budgets[i].usage});
+                         .budgetBytes = hasBudget ? budget.heapBudget[i] : heap.size * 8 / 10,
+                         .usedBytes = hasBudget ? budget.heapUsage[i] : m_impl->memory.UsedOfHeap(i)});
     }
     return heaps;
 }
@@ -446,7 +434,8 @@ void Device::CheckMemory(VkResult result, const std::string& subject) {
     // Drivers return various errors for allocations on a lost device, and the allocator treats each as
     // full memory.
     uint64_t completed = 0;
-    if (m_impl->QueryCompleted(completed) == VK_ERROR_DEVICE_LOST) Check(VK_ERROR_DEVICE_LOST, subject);
+    if (m_impl->QueryCompleted(QueueKind::Main, completed) == VK_ERROR_DEVICE_LOST)
+        Check(VK_ERROR_DEVICE_LOST, subject);
     std::string text;
     for (const MemoryHeap& heap : MemoryHeaps())
         if (heap.isDeviceLocal)
@@ -455,27 +444,18 @@ void Device::CheckMemory(VkResult result, const std::string& subject) {
     Check(result, subject + text + (text.empty() ? "" : ")"));
 }
 
-void Device::TrackMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice) {
-    VmaAllocationInfo allocated{};
-    vmaGetAllocationInfo(Allocator(), allocation, &allocated);
-    m_impl->memory.Add(allocated.size);
-    if (!isForDevice) return;
-    VkMemoryPropertyFlags flags = 0;
-    vmaGetMemoryTypeProperties(Allocator(), allocated.memoryType, &flags);
-    if ((flags & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0) return;
-    vmaSetAllocationUserData(Allocator(), allocation, &fallbackMark);
-    if (m_impl->memory.AddFallback(allocated.size))
+void Device::TrackMemory(MemoryAllocation& memory, const std::string& subject, bool isForDevice) {
+    const VkMemoryType& type = m_impl->memoryProperties.memoryTypes[memory.memoryType];
+    memory.isFallback = isForDevice && (type.propertyFlags & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) == 0;
+    if (m_impl->memory.Add(memory, type.heapIndex))
         WriteLog(Log(), LogLevel::Warning, log_category::kMemory,
                  "device memory is full: {} lies in the memory of the host, which is slow", subject);
 }
 
-void Device::FreeMemory(VmaAllocation allocation) noexcept {
-    if (!allocation) return;
-    VmaAllocationInfo info{};
-    vmaGetAllocationInfo(Allocator(), allocation, &info);
-    m_impl->memory.Remove(info.size);
-    if (info.pUserData == &fallbackMark) m_impl->memory.RemoveFallback(info.size);
-    vmaFreeMemory(Allocator(), allocation);
+void Device::FreeMemory(const MemoryAllocation& memory) noexcept {
+    if (!memory) return;
+    m_impl->memory.Remove(memory, m_impl->memoryProperties.memoryTypes[memory.memoryType].heapIndex);
+    m_impl->allocator->Free(memory);
 }
 
 }  // namespace raygraph::rhi

@@ -1,5 +1,5 @@
-// The timeline: submission of command lists, and destruction of objects when the timeline has reached a
-// value.
+// The timelines: submission of command lists, and destruction of objects when the timelines have passed their
+// last use.
 #include <algorithm>
 
 #include <array>
@@ -23,15 +23,18 @@ VkSemaphoreSubmitInfo SubmitInfo(const SemaphoreUse& use) {
 
 }  // namespace
 
-CommandList Device::BeginCommands(const std::string& name) {
+CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
+    if (!HasQueue(queue))
+        throw MakeError(ErrorKind::Usage, "command list '{}': the device has no such queue", name);
     const DeviceFunctions& vk = m_impl->vk;
     CommandSlot slot;
     {
         const std::lock_guard lock(m_impl->slotMutex);
         auto& slots = m_impl->slots;
-        const uint64_t completed = slots.empty() ? 0 : CompletedValue();
-        const auto free = std::find_if(slots.begin(), slots.end(),
-                                       [&](const CommandSlot& s) { return s.until <= completed; });
+        const uint64_t completed = slots.empty() ? 0 : CompletedValue(queue);
+        const auto free = std::find_if(slots.begin(), slots.end(), [&](const CommandSlot& s) {
+            return s.until.queue == queue && s.until.value <= completed;
+        });
         if (free != slots.end()) {
             slot = *free;
             slots.erase(free);
@@ -45,7 +48,7 @@ CommandList Device::BeginCommands(const std::string& name) {
         VkCommandPoolCreateInfo poolInfo{};
         poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
         poolInfo.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
-        poolInfo.queueFamilyIndex = QueueFamily();
+        poolInfo.queueFamilyIndex = QueueFamily(queue);
         Check(vk.vkCreateCommandPool(Handle(), &poolInfo, AllocationCallbacks(), &slot.pool),
               "command list '" + name + "': vkCreateCommandPool");
         VkCommandBufferAllocateInfo allocate{};
@@ -58,6 +61,7 @@ CommandList Device::BeginCommands(const std::string& name) {
     }
     CommandList list;
     list.m_device = this;
+    list.m_queue = queue;
     list.m_commands = slot.commands;
     list.m_pool = slot.pool;
     list.m_serial = m_impl->retired.OpenList();
@@ -70,62 +74,69 @@ CommandList Device::BeginCommands(const std::string& name) {
     return list;
 }
 
-// Moves the Vulkan objects out of the list for reuse once the timeline has reached `value` (0: at once, since
+// Moves the Vulkan objects out of the list for reuse once the submission has completed (value 0: at once, since
 // the list was not submitted), and runs the callbacks for its outcome.
-void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
+void Device::Recycle(CommandList& commands, const Submission& submission) noexcept {
     if (commands.m_pool != VK_NULL_HANDLE) {
         const std::lock_guard lock(m_impl->slotMutex);
-        m_impl->slots.push_back({commands.m_pool, commands.m_commands, value});
+        m_impl->slots.push_back({commands.m_pool, commands.m_commands, submission});
     }
-    m_impl->retired.CloseList(commands.m_serial, value);
+    m_impl->retired.CloseList(commands.m_serial, submission);
     commands.m_device = nullptr;
     commands.m_commands = VK_NULL_HANDLE;
     commands.m_pool = VK_NULL_HANDLE;
     // Either may retire its captures: the list is closed, so that nothing waits for it in vain.
     const std::vector<std::function<void()>> onSubmitted = std::exchange(commands.m_onSubmitted, {});
     const std::vector<std::function<void()>> onDropped = std::exchange(commands.m_onDropped, {});
-    if (value != 0)
+    if (submission)
         for (const std::function<void()>& run : onSubmitted) run();
     else
         for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
     // Memory may be exhausted by what the list kept alive: free that without waiting for a submission.
-    if (value == 0) m_impl->retired.Collect(m_impl->lastCompleted.load());
+    if (!submission) m_impl->retired.Collect(m_impl->LastCompleted());
 }
 
-// Submits one batch, with or without commands, that advances the timeline; returns its value.
-uint64_t Device::Impl::SubmitBatch(const Device& owner, VkCommandBuffer commands,
-                                   std::span<const SemaphoreUse> waits,
-                                   std::span<const SemaphoreUse> signals) {
+// Submits one batch, with or without commands, that advances the queue's timeline.
+Submission Device::Impl::SubmitBatch(const Device& owner, QueueKind queue, VkCommandBuffer commands,
+                                     std::span<const SemaphoreUse> waits,
+                                     std::span<const SemaphoreUse> signals) {
     std::vector<VkSemaphoreSubmitInfo> waitInfos, signalInfos;
+    waitInfos.reserve(waits.size() + 1);
     for (const SemaphoreUse& use : waits) waitInfos.push_back(SubmitInfo(use));
+    QueueState& state = Queue(queue);
     for (const SemaphoreUse& use : signals) signalInfos.push_back(SubmitInfo(use));
-    signalInfos.push_back(SubmitInfo({timeline, 0}));
+    signalInfos.push_back(SubmitInfo({state.timeline, 0}));
     VkCommandBufferSubmitInfo buffer{};
     buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
     buffer.commandBuffer = commands;
     VkSubmitInfo2 batch{};
     batch.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
-    batch.waitSemaphoreInfoCount = static_cast<uint32_t>(waitInfos.size());
-    batch.pWaitSemaphoreInfos = waitInfos.data();
     batch.commandBufferInfoCount = commands ? 1 : 0;
     batch.pCommandBufferInfos = &buffer;
     batch.signalSemaphoreInfoCount = static_cast<uint32_t>(signalInfos.size());
     batch.pSignalSemaphoreInfos = signalInfos.data();
 
     const std::lock_guard lock(submitMutex);
-    const uint64_t value = lastSubmitted.load() + 1;
+    const QueueState& transfers = Queue(QueueKind::Transfer);
+    const uint64_t transferred = queue == QueueKind::Transfer ? 0 : transfers.lastSubmitted.load();
+    if (transferred > state.joinedTransfers)
+        waitInfos.push_back(SubmitInfo({transfers.timeline, transferred}));
+    batch.waitSemaphoreInfoCount = static_cast<uint32_t>(waitInfos.size());
+    batch.pWaitSemaphoreInfos = waitInfos.data();
+    const uint64_t value = state.lastSubmitted.load() + 1;
     signalInfos.back().value = value;
-    LockQueue();
-    const VkResult result = vk.vkQueueSubmit2(queue, 1, &batch, VK_NULL_HANDLE);
-    UnlockQueue();
+    LockQueues();
+    const VkResult result = vk.vkQueueSubmit2(state.queue, 1, &batch, VK_NULL_HANDLE);
+    UnlockQueues();
     owner.Check(result, "vkQueueSubmit2");
-    lastSubmitted = value;
-    lastSignaled = value;
-    return value;
+    state.lastSubmitted = value;
+    state.lastSignaled = value;
+    state.joinedTransfers = std::max(state.joinedTransfers, transferred);
+    return {value, queue};
 }
 
-uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> waits,
-                        std::span<const SemaphoreUse> signals) {
+Submission Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> waits,
+                          std::span<const SemaphoreUse> signals) {
     if (commands.m_device != this)
         throw Error(ErrorKind::Usage, "Submit: the command list is empty or of another device");
     if (commands.m_pool == VK_NULL_HANDLE)
@@ -133,23 +144,34 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
     CommandList list = std::move(commands);  // dropped if anything below throws
     Check(m_impl->vk.vkEndCommandBuffer(list.Handle()), "vkEndCommandBuffer");
 
-    const uint64_t value = m_impl->SubmitBatch(*this, list.Handle(), waits, signals);
-    Recycle(list, value);
+    const Submission submission = m_impl->SubmitBatch(*this, list.Queue(), list.Handle(), waits, signals);
+    Recycle(list, submission);
     // The commands have been submitted, and an Error here would mean that they have not. The next wait
     // reports a device that does not respond.
-    uint64_t completed = 0;
+    QueueValues completed{};
     if (m_impl->QueryCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
-    return value;
+    return submission;
 }
 
-uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals) {
+Submission Device::Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals) {
     // Without commands, no other stage orders the signals after the waits.
     const auto atAllStages = [](std::span<const SemaphoreUse> uses) {
         std::vector<SemaphoreUse> all(uses.begin(), uses.end());
         for (SemaphoreUse& use : all) use.stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
         return all;
     };
-    return m_impl->SubmitBatch(*this, VK_NULL_HANDLE, atAllStages(waits), atAllStages(signals));
+    return m_impl->SubmitBatch(*this, QueueKind::Main, VK_NULL_HANDLE, atAllStages(waits),
+                               atAllStages(signals));
+}
+
+void Device::JoinTransfers() {
+    // A submission waits for them even without commands, and with it all that is submitted later.
+    const uint64_t transferred = LastSubmittedValue(QueueKind::Transfer);
+    const auto isJoined = [&] {
+        const std::lock_guard lock(m_impl->submitMutex);
+        return transferred <= m_impl->Queue(QueueKind::Main).joinedTransfers;
+    };
+    if (!isJoined()) Forward({}, {});
 }
 
 CommandList Device::RecordInto(VkCommandBuffer commands) {
@@ -160,51 +182,53 @@ CommandList Device::RecordInto(VkCommandBuffer commands) {
     return list;
 }
 
-uint64_t Device::HandOver(CommandList&& commands) {
+Submission Device::HandOver(CommandList&& commands) {
     if (commands.m_device != this || commands.m_pool != VK_NULL_HANDLE)
         throw Error(ErrorKind::Usage, "HandOver: the command list is not one of RecordInto");
     CommandList list = std::move(commands);
-    uint64_t value = 0;
+    Submission submission;
     {
         const std::scoped_lock lock(m_impl->submitMutex, m_impl->handedMutex);
-        value = m_impl->lastSubmitted.load() + 1;
-        m_impl->pendingInHost.insert(value);
-        m_impl->lastSubmitted = value;
+        std::atomic<uint64_t>& last = m_impl->Queue(QueueKind::Main).lastSubmitted;
+        submission.value = last.load() + 1;
+        m_impl->pendingInHost.insert(submission.value);
+        last = submission.value;
     }
-    Recycle(list, value);
-    return value;
+    Recycle(list, submission);
+    return submission;
 }
 
-void Device::Complete(uint64_t value) {
+void Device::Complete(const Submission& submission) {
     {
         const std::lock_guard lock(m_impl->handedMutex);
-        const auto node = m_impl->pendingInHost.extract(value);
+        const bool isMain = submission.queue == QueueKind::Main;
+        const auto node = m_impl->pendingInHost.extract(isMain ? submission.value : 0);
         if (node.empty())
             throw MakeError(ErrorKind::Usage, "Complete({}): no pending buffer of the host has this value",
-                            value);
-        m_impl->completedInHost.insert(value);
+                            submission.value);
+        m_impl->completedInHost.insert(submission.value);
     }
     CollectGarbage();
 }
 
-bool Device::Impl::IsPendingInHost(uint64_t value) const {
+bool Device::Impl::IsPendingInHost(const Submission& submission) const {
     const std::lock_guard lock(handedMutex);
-    return pendingInHost.contains(value);
+    return submission.queue == QueueKind::Main && pendingInHost.contains(submission.value);
 }
 
-bool Device::Impl::IsCompletedInHost(uint64_t value) const {
+bool Device::Impl::IsCompletedInHost(const Submission& submission) const {
     const std::lock_guard lock(handedMutex);
-    return completedInHost.contains(value);
+    return submission.queue == QueueKind::Main && completedInHost.contains(submission.value);
 }
 
-VkResult Device::Impl::QuerySignaled(uint64_t& value) noexcept {
-    return vk.vkGetSemaphoreCounterValue(device, timeline, &value);
+VkResult Device::Impl::QuerySignaled(QueueKind queue, uint64_t& value) noexcept {
+    return vk.vkGetSemaphoreCounterValue(device, Queue(queue).timeline, &value);
 }
 
-VkResult Device::Impl::QueryCompleted(uint64_t& value) noexcept {
-    const VkResult result = QuerySignaled(value);
+VkResult Device::Impl::QueryCompleted(QueueKind queue, uint64_t& value) noexcept {
+    const VkResult result = QuerySignaled(queue, value);
     if (result != VK_SUCCESS) return result;
-    {
+    if (queue == QueueKind::Main) {
         const std::lock_guard lock(handedMutex);
         completedInHost.erase(completedInHost.begin(), completedInHost.upper_bound(value));
         for (const uint64_t done : completedInHost) {
@@ -213,81 +237,107 @@ VkResult Device::Impl::QueryCompleted(uint64_t& value) noexcept {
         }
         if (!pendingInHost.empty()) value = std::min(value, *pendingInHost.begin() - 1);
     }
-    uint64_t known = lastCompleted.load();
-    while (known < value && !lastCompleted.compare_exchange_weak(known, value)) {
+    std::atomic<uint64_t>& last = Queue(queue).lastCompleted;
+    uint64_t known = last.load();
+    while (known < value && !last.compare_exchange_weak(known, value)) {
     }
     return result;
 }
 
-uint64_t Device::CompletedValue() const {
+VkResult Device::Impl::QueryCompleted(QueueValues& values) noexcept {
+    values = {};
+    for (const QueueKind queue : kQueueKinds) {
+        if (!Queue(queue).isUsed) continue;
+        const VkResult result = QueryCompleted(queue, values[IndexOf(queue)]);
+        if (result != VK_SUCCESS) return result;
+    }
+    return VK_SUCCESS;
+}
+
+QueueValues Device::Impl::LastCompleted() const {
+    QueueValues values{};
+    for (const QueueKind queue : kQueueKinds) values[IndexOf(queue)] = Queue(queue).lastCompleted.load();
+    return values;
+}
+
+uint64_t Device::CompletedValue(QueueKind queue) const {
+    if (!HasQueue(queue)) return 0;
     uint64_t value = 0;
-    Check(m_impl->QueryCompleted(value), "vkGetSemaphoreCounterValue");
+    Check(m_impl->QueryCompleted(queue, value), "vkGetSemaphoreCounterValue");
     return value;
 }
 
-bool Device::HasCompleted(uint64_t value) const {
+bool Device::HasCompleted(const Submission& submission) const {
+    if (!submission) return true;
     uint64_t signaled = 0;
-    Check(m_impl->QuerySignaled(signaled), "vkGetSemaphoreCounterValue");
-    const std::lock_guard lock(m_impl->handedMutex);
-    if (m_impl->pendingInHost.contains(value)) return false;
-    return value <= signaled || m_impl->completedInHost.contains(value);
+    Check(m_impl->QuerySignaled(submission.queue, signaled), "vkGetSemaphoreCounterValue");
+    if (m_impl->IsPendingInHost(submission)) return false;
+    return submission.value <= signaled || m_impl->IsCompletedInHost(submission);
 }
 
-uint64_t Device::LastSubmittedValue() const {
-    return m_impl->lastSubmitted.load();
+uint64_t Device::LastSubmittedValue(QueueKind queue) const {
+    return m_impl->Queue(queue).lastSubmitted.load();
 }
 
-VkSemaphore Device::Timeline() const {
-    return m_impl->timeline;
+VkSemaphore Device::Timeline(QueueKind queue) const {
+    return m_impl->Queue(queue).timeline;
 }
 
-void Device::WaitFor(uint64_t value) {
-    if (value > LastSubmittedValue())
-        throw MakeError(ErrorKind::Usage, "WaitFor({}): the last submission is {}", value,
-                        LastSubmittedValue());
-    if (m_impl->IsPendingInHost(value))
+SemaphoreUse Device::After(const Submission& submission) const {
+    return {.semaphore = Timeline(submission.queue), .value = submission.value};
+}
+
+void Device::WaitFor(const Submission& submission) {
+    if (submission.value > LastSubmittedValue(submission.queue))
+        throw MakeError(ErrorKind::Usage, "WaitFor({}): the last submission is {}", submission.value,
+                        LastSubmittedValue(submission.queue));
+    if (m_impl->IsPendingInHost(submission))
         throw MakeError(
             ErrorKind::Usage,
             "WaitFor({}): it is in a command buffer of the host, which has not completed it (Complete)",
-            value);
-    const VkResult result = m_impl->IsCompletedInHost(value) ? VK_SUCCESS : m_impl->Await(value);
+            submission.value);
+    const bool isDone = !submission || m_impl->IsCompletedInHost(submission);
+    const VkResult result = isDone ? VK_SUCCESS : m_impl->Await(submission);
     if (result == VK_TIMEOUT)
-        throw Error(
-            ErrorKind::DeviceLost,
-            Text("the device hangs: waiting for submission {}, none after {} has completed for {} ms; {}",
-                 value, CompletedValue(), m_impl->hangLimit.count(), m_impl->lastPassReports->Text()),
-            VK_TIMEOUT);
+        throw Error(ErrorKind::DeviceLost,
+                    Text("the device hangs: waiting for submission {}, none after {} has completed for {} "
+                         "ms; {}",
+                         submission.value, CompletedValue(submission.queue), m_impl->hangLimit.count(),
+                         m_impl->lastPassReports->Text()),
+                    VK_TIMEOUT);
     Check(result, "vkWaitSemaphores");
     CollectGarbage();
 }
 
 void Device::WaitIdle() {
-    WaitFor(m_impl->lastSignaled.load());
+    for (const QueueKind queue : kQueueKinds) WaitFor({m_impl->Queue(queue).lastSignaled.load(), queue});
 }
 
 VkResult Device::Present(const VkPresentInfoKHR& info) {
     const std::lock_guard lock(m_impl->submitMutex);
-    m_impl->LockQueue();
-    const VkResult result = m_impl->vk.vkQueuePresentKHR(m_impl->queue, &info);
-    m_impl->UnlockQueue();
+    m_impl->LockQueues();
+    const VkResult result = m_impl->vk.vkQueuePresentKHR(m_impl->Queue(QueueKind::Main).queue, &info);
+    m_impl->UnlockQueues();
     return result;
 }
 
 void Device::WaitQueueIdle() {
     WaitIdle();
     const std::lock_guard lock(m_impl->submitMutex);
-    m_impl->LockQueue();
-    const VkResult result = m_impl->vk.vkQueueWaitIdle(m_impl->queue);
-    m_impl->UnlockQueue();
+    m_impl->LockQueues();
+    const VkResult result = m_impl->vk.vkQueueWaitIdle(m_impl->Queue(QueueKind::Main).queue);
+    m_impl->UnlockQueues();
     Check(result, "vkQueueWaitIdle");
 }
 
 void Device::Retire(std::function<void()> destroy) {
-    m_impl->retired.Retire(std::move(destroy), m_impl->lastCompleted.load());
+    m_impl->retired.Retire(std::move(destroy), m_impl->LastCompleted());
 }
 
 void Device::CollectGarbage() {
-    m_impl->retired.Collect(CompletedValue());
+    QueueValues completed{};
+    Check(m_impl->QueryCompleted(completed), "vkGetSemaphoreCounterValue");
+    m_impl->retired.Collect(completed);
 }
 
 }  // namespace raygraph::rhi

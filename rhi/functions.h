@@ -26,6 +26,7 @@
     X(vkGetPhysicalDeviceFeatures2)                     \
     X(vkGetPhysicalDeviceFormatProperties2)             \
     X(vkGetPhysicalDeviceImageFormatProperties2)        \
+    X(vkGetPhysicalDeviceMemoryProperties2)             \
     X(vkGetPhysicalDeviceProperties2)                   \
     X(vkGetPhysicalDeviceQueueFamilyProperties2)
 
@@ -62,6 +63,7 @@
     X(vkGetDeviceBufferMemoryRequirements)              \
     X(vkCreateImage)                                    \
     X(vkDestroyImage)                                   \
+    X(vkBindBufferMemory2)                              \
     X(vkBindImageMemory2)                               \
     X(vkGetImageMemoryRequirements2)                    \
     X(vkGetDeviceImageMemoryRequirements)               \

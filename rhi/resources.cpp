@@ -8,8 +8,7 @@ namespace raygraph::rhi {
 void Buffer::Release() noexcept {
     if (!m_buffer || !m_ownsBuffer) return;
     Device* device = m_device;
-    device->Retire(
-        [device, buffer = m_buffer, allocation = m_allocation] { device->Free(buffer, allocation); });
+    device->Retire([device, buffer = m_buffer, memory = m_memory] { device->Free(buffer, memory); });
 }
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {
@@ -18,7 +17,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     m_device = std::exchange(other.m_device, nullptr);
     m_desc = std::exchange(other.m_desc, {});
     m_buffer = std::exchange(other.m_buffer, VK_NULL_HANDLE);
-    m_allocation = std::exchange(other.m_allocation, nullptr);
+    m_memory = std::exchange(other.m_memory, {});
     m_mapped = std::exchange(other.m_mapped, nullptr);
     m_ownsBuffer = std::exchange(other.m_ownsBuffer, true);
     return *this;
@@ -76,10 +75,9 @@ void Texture::Release() noexcept {
     Device* device = m_device;
     VkImage image = m_ownsImage ? m_image : VK_NULL_HANDLE;
     for (const PartView& part : m_partViews)
-        device->Retire([device, view = part.view] { device->Free(VK_NULL_HANDLE, view, nullptr); });
+        device->Retire([device, view = part.view] { device->Free(VK_NULL_HANDLE, view, {}); });
     m_partViews.clear();
-    device->Retire(
-        [device, image, view = m_view, allocation = m_allocation] { device->Free(image, view, allocation); });
+    device->Retire([device, image, view = m_view, memory = m_memory] { device->Free(image, view, memory); });
 }
 
 Texture& Texture::operator=(Texture&& other) noexcept {
@@ -90,8 +88,9 @@ Texture& Texture::operator=(Texture&& other) noexcept {
     m_image = std::exchange(other.m_image, VK_NULL_HANDLE);
     m_view = std::exchange(other.m_view, VK_NULL_HANDLE);
     m_partViews = std::exchange(other.m_partViews, {});
-    m_allocation = std::exchange(other.m_allocation, nullptr);
+    m_memory = std::exchange(other.m_memory, {});
     m_ownsImage = std::exchange(other.m_ownsImage, true);
+    m_isShared = std::exchange(other.m_isShared, false);
     return *this;
 }
 
@@ -120,9 +119,9 @@ Sampler::~Sampler() {
 }
 
 void MemoryBlock::Release() noexcept {
-    if (!m_allocation) return;
+    if (!m_memory) return;
     Device* device = m_device;
-    device->Retire([device, allocation = m_allocation] { device->Free(VK_NULL_HANDLE, allocation); });
+    device->Retire([device, memory = m_memory] { device->Free(VK_NULL_HANDLE, memory); });
 }
 
 MemoryBlock& MemoryBlock::operator=(MemoryBlock&& other) noexcept {
@@ -130,7 +129,7 @@ MemoryBlock& MemoryBlock::operator=(MemoryBlock&& other) noexcept {
     Release();
     m_device = std::exchange(other.m_device, nullptr);
     m_requirements = std::exchange(other.m_requirements, {});
-    m_allocation = std::exchange(other.m_allocation, nullptr);
+    m_memory = std::exchange(other.m_memory, {});
     return *this;
 }
 

@@ -14,10 +14,9 @@
 
 #include "base/api.h"
 #include "rhi/format.h"
+#include "rhi/memory_allocator.h"
 #include "rhi/subresources.h"
 #include "rhi/vulkan.h"
-
-typedef struct VmaAllocation_T* VmaAllocation;
 
 namespace raygraph::rhi {
 
@@ -45,12 +44,6 @@ requires requires {
 constexpr bool Has(E set, E bits) {
     return (static_cast<uint32_t>(set) & static_cast<uint32_t>(bits)) == static_cast<uint32_t>(bits);
 }
-
-enum class MemoryKind : uint8_t {
-    Device,    // fast on the device, not mapped
-    Upload,    // mapped, written by the CPU in order, read by the device
-    Readback,  // mapped and cached, written by the device, read by the CPU
-};
 
 enum class BufferUsage : uint32_t {
     None = 0,
@@ -102,7 +95,7 @@ class RAYGRAPH_API Buffer {
     Device* m_device = nullptr;
     BufferDesc m_desc;
     VkBuffer m_buffer = VK_NULL_HANDLE;
-    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or wrapped
+    MemoryAllocation m_memory;  // empty: bound to a MemoryBlock, or wrapped
     std::byte* m_mapped = nullptr;
     bool m_ownsBuffer = true;
 };
@@ -125,6 +118,9 @@ struct TextureDesc {
     TextureUsage usage = TextureUsage::Sampled | TextureUsage::CopyDestination;
     uint32_t mipLevels = 1;
     uint32_t layers = 1;
+    // All queues of the Device may access it, without transfers of ownership. Textures that are only copied
+    // and sampled always are.
+    bool isShared = false;
 };
 
 // A 2D image, or an array of them, with a view of all of it (none if it is only copied). Views of parts are
@@ -145,6 +141,8 @@ class RAYGRAPH_API Texture {
     VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
+    // Tells whether all queues of the Device can access it, without transfers of ownership.
+    bool IsShared() const { return m_isShared; }
     // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;
     VkImageSubresourceRange WholeRange() const;
@@ -165,8 +163,9 @@ class RAYGRAPH_API Texture {
     VkImage m_image = VK_NULL_HANDLE;
     VkImageView m_view = VK_NULL_HANDLE;
     mutable std::vector<PartView> m_partViews;  // created so far
-    VmaAllocation m_allocation = nullptr;       // null: bound to a MemoryBlock, or a host's image
+    MemoryAllocation m_memory;                  // empty: bound to a MemoryBlock, or a host's image
     bool m_ownsImage = true;
+    bool m_isShared = false;
 };
 
 enum class Filter : uint8_t { Nearest, Linear };
@@ -220,14 +219,14 @@ class RAYGRAPH_API MemoryBlock {
     // Returns the requirements as requested, with the one memory type that was chosen. Bound resources must
     // fit into them.
     const MemoryRequirements& Requirements() const { return m_requirements; }
-    explicit operator bool() const { return m_allocation != nullptr; }
+    explicit operator bool() const { return bool(m_memory); }
 
   private:
     friend class Device;
     void Release() noexcept;
     Device* m_device = nullptr;
     MemoryRequirements m_requirements;
-    VmaAllocation m_allocation = nullptr;
+    MemoryAllocation m_memory;
 };
 
 }  // namespace raygraph::rhi

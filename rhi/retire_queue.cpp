@@ -5,6 +5,13 @@
 #include <utility>
 
 namespace raygraph::rhi {
+namespace {
+
+bool HasPassed(const QueueValues& completed, const QueueValues& until) {
+    return std::ranges::equal(until, completed, std::ranges::less_equal());
+}
+
+}  // namespace
 
 uint64_t RetireQueue::OpenList() {
     const std::lock_guard lock(m_mutex);
@@ -12,33 +19,34 @@ uint64_t RetireQueue::OpenList() {
     return m_lastSerial;
 }
 
-void RetireQueue::CloseList(uint64_t serial, uint64_t submittedValue) {
+void RetireQueue::CloseList(uint64_t serial, const Submission& submission) {
     const std::lock_guard lock(m_mutex);
     m_open.erase(serial);
-    m_lastSubmitted = std::max(m_lastSubmitted, submittedValue);
+    uint64_t& last = m_lastSubmitted[IndexOf(submission.queue)];
+    last = std::max(last, submission.value);
     MoveRecorded();
 }
 
-// Entries whose lists are all closed wait for the newest submission, which is not older than any of those
+// Entries whose lists are all closed wait for the newest submissions, which are not older than any of those
 // lists.
 void RetireQueue::MoveRecorded() {
     const uint64_t oldestOpen = m_open.empty() ? std::numeric_limits<uint64_t>::max() : *m_open.begin();
-    while (!m_recorded.empty() && m_recorded.front().until < oldestOpen) {
+    while (!m_recorded.empty() && m_recorded.front().lastSerial < oldestOpen) {
         m_submitted.push_back({m_lastSubmitted, std::move(m_recorded.front().destroy)});
         m_recorded.pop_front();
     }
 }
 
-void RetireQueue::Retire(Destroy destroy, uint64_t completed) {
+void RetireQueue::Retire(Destroy destroy, const QueueValues& completed) {
     {
         const std::lock_guard lock(m_mutex);
         if (!m_open.empty()) {
             m_recorded.push_back({m_lastSerial, std::move(destroy)});
             return;
         }
-        // The object must not be destroyed before those retired earlier, even if the timeline has passed
+        // The object must not be destroyed before those retired earlier, even if the timelines have passed
         // both.
-        if (m_lastSubmitted > completed || !m_submitted.empty()) {
+        if (!HasPassed(completed, m_lastSubmitted) || !m_submitted.empty()) {
             m_submitted.push_back({m_lastSubmitted, std::move(destroy)});
             return;
         }
@@ -46,11 +54,11 @@ void RetireQueue::Retire(Destroy destroy, uint64_t completed) {
     destroy();
 }
 
-void RetireQueue::Collect(uint64_t completed) {
+void RetireQueue::Collect(const QueueValues& completed) {
     std::vector<Destroy> due;
     {
         const std::lock_guard lock(m_mutex);
-        while (!m_submitted.empty() && m_submitted.front().until <= completed) {
+        while (!m_submitted.empty() && HasPassed(completed, m_submitted.front().until)) {
             due.push_back(std::move(m_submitted.front().destroy));
             m_submitted.pop_front();
         }
@@ -65,7 +73,9 @@ void RetireQueue::CollectAll() {
             m_open.clear();
             MoveRecorded();
         }
-        Collect(std::numeric_limits<uint64_t>::max());
+        QueueValues all;
+        all.fill(std::numeric_limits<uint64_t>::max());
+        Collect(all);
     }
 }
 

@@ -1,8 +1,8 @@
 // RetireQueue: destroys objects once the device cannot use them any more. It uses numbers, and no Vulkan.
 //
-// Two clocks decide. Timeline values give the progress of the device. Serials identify the command lists that
-// were being recorded when the object was retired: such a list may still refer to it, so the object waits
-// until each of them has been submitted (and then for that submission) or dropped.
+// Two clocks decide. Values of the queues' timelines give the progress of the device. Serials identify the
+// command lists that were being recorded when the object was retired: such a list may still refer to it, so
+// the object waits until each of them has been submitted (and then for that submission) or dropped.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,8 @@
 #include <mutex>
 #include <set>
 #include <vector>
+
+#include "rhi/submission.h"
 
 namespace raygraph::rhi {
 
@@ -22,31 +24,35 @@ class RetireQueue {
 
     // Starts the recording of a command list, and returns its serial; serials increase.
     uint64_t OpenList();
-    // The list was submitted with this timeline value, or dropped (0).
-    void CloseList(uint64_t serial, uint64_t submittedValue);
+    // The list was submitted, or dropped (value 0).
+    void CloseList(uint64_t serial, const Submission& submission);
 
     // Calls `destroy` at once if nothing can use the object any more, otherwise keeps it.
-    void Retire(Destroy destroy, uint64_t completed);
-    // Calls the functions of objects that the timeline has passed.
-    void Collect(uint64_t completed);
+    void Retire(Destroy destroy, const QueueValues& completed);
+    // Calls the functions of objects that the timelines have passed.
+    void Collect(const QueueValues& completed);
     // Calls all functions, in order, for a device that is idle or lost.
     void CollectAll();
     // Returns the number of objects that are waiting.
     size_t PendingCount() const;
 
   private:
-    struct Entry {
-        uint64_t until = 0;  // m_recorded: the last serial open at that time; m_submitted: a timeline value
+    struct Recorded {
+        uint64_t lastSerial = 0;  // of the lists open at that time
+        Destroy destroy;
+    };
+    struct Submitted {
+        QueueValues until{};
         Destroy destroy;
     };
     void MoveRecorded();
 
     mutable std::mutex m_mutex;
     uint64_t m_lastSerial = 0;
-    uint64_t m_lastSubmitted = 0;
+    QueueValues m_lastSubmitted{};
     std::set<uint64_t> m_open;
-    std::deque<Entry> m_recorded;   // waiting for lists to be closed
-    std::deque<Entry> m_submitted;  // waiting for the timeline
+    std::deque<Recorded> m_recorded;    // waiting for lists to be closed
+    std::deque<Submitted> m_submitted;  // waiting for the timelines
 };
 
 }  // namespace raygraph::rhi

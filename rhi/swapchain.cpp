@@ -183,9 +183,9 @@ std::optional<SwapchainImage> Swapchain::Acquire() {
     return image;
 }
 
-bool Swapchain::Present(const SwapchainImage& image) {
+bool Swapchain::Present(const SwapchainImage& image, const Submission& drawn) {
     m_open.reset();
-    m_slots[m_nextSlot].until = m_device.LastSubmittedValue();
+    m_slots[m_nextSlot].until = drawn;
     m_nextSlot = (m_nextSlot + 1) % m_slots.size();
     VkPresentInfoKHR info{};
     info.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;

@@ -3,7 +3,7 @@
 //   while (std::optional<SwapchainImage> image = swapchain.Acquire()) {
 //       ... a submission that waits for image->acquired, leaves image->texture in PRESENT_SRC_KHR and
 //           signals image->drawn ...
-//       if (!swapchain.Present(*image)) break;
+//       if (!swapchain.Present(*image, that submission)) break;
 //   }
 //   swapchain.Resize(size of the window);
 //
@@ -48,8 +48,9 @@ class Swapchain {
     // Returns the next image, for which it may wait. An image that was acquired and not presented is returned
     // again. Returns nullopt if the window has another size, or none: call Resize.
     std::optional<SwapchainImage> Acquire();
-    // Returns false if the window has another size: call Resize. The image counts as presented.
-    bool Present(const SwapchainImage& image);
+    // Presents what the submission `drawn` draws. Returns false if the window has another size: call Resize.
+    // The image counts as presented.
+    bool Present(const SwapchainImage& image, const Submission& drawn);
     // Waits for the queue and creates images of that extent, or of the one that the surface prescribes.
     void Resize(Extent2D extent);
 
@@ -59,7 +60,7 @@ class Swapchain {
   private:
     struct Slot {
         VkSemaphore acquired = VK_NULL_HANDLE;
-        uint64_t until = 0;  // timeline value of a submission that waits for it
+        Submission until;  // waits for it
     };
 
     void CreateImages(Extent2D extent);

@@ -55,6 +55,7 @@ Uploader::Uploader(Device& device, const UploaderDesc& desc)
         throw MakeError(ErrorKind::Usage,
                         "uploader '{}': {} bytes in {} chunks; needed are at least 2 of at least {} bytes",
                         desc.name, desc.stagingBytes, desc.chunkCount, kMinChunkBytes);
+    if (!device.HasQueue(m_desc.queue)) m_desc.queue = QueueKind::Main;
     if (!desc.allocatesAhead) return;
     m_ahead = std::async(std::launch::async | std::launch::deferred, [this] {
         std::vector<Chunk> chunks;
@@ -71,7 +72,7 @@ Uploader::~Uploader() = default;
 
 CommandList& Uploader::List() {
     if (!m_isRecording) {
-        m_list = m_device.BeginCommands(m_desc.name);
+        m_list = m_device.BeginCommands(m_desc.name, m_desc.queue);
         m_isRecording = true;
         m_list.FullBarrier();  // after all earlier uses of the targets
         m_written.clear();
@@ -79,18 +80,23 @@ CommandList& Uploader::List() {
     return m_list;
 }
 
-uint64_t Uploader::Flush() {
-    if (!m_isRecording) return m_lastValue;
+Submission Uploader::Flush() {
+    if (!m_isRecording) return m_last;
     m_list.FullBarrier();  // before all later uses
     m_isRecording = false;
-    m_lastValue = m_device.Submit(std::move(m_list));
-    if (!m_chunks.empty()) m_chunks[m_current].until = m_lastValue;
-    return m_lastValue;
+    m_last = m_device.Submit(std::move(m_list));
+    if (!m_chunks.empty()) m_chunks[m_current].until = m_last;
+    if (!m_mipList) return m_last;
+    CommandList mips = *std::exchange(m_mipList, std::nullopt);
+    mips.FullBarrier();
+    m_last = m_device.Submit(std::move(mips));  // waits for the copies
+    return m_last;
 }
 
 void Uploader::Drop() {
     m_list = {};
     m_isRecording = false;
+    m_mipList.reset();
 }
 
 bool Uploader::IsChunkFree(const Chunk& chunk) const {
@@ -133,12 +139,12 @@ void Uploader::NextChunk() {
     }
     m_current = oldest;
     m_chunks[m_current].used = 0;
-    m_chunks[m_current].until = 0;
+    m_chunks[m_current].until = {};
 }
 
 Uploader::Staged Uploader::Stage(uint64_t wanted, uint64_t least) {
     RG_CHECK_LE(least, m_chunkBytes);
-    if (m_chunks.empty() || m_chunks[m_current].until > 0) {
+    if (m_chunks.empty() || m_chunks[m_current].until) {
         NextChunk();
     } else if (m_chunkBytes - m_chunks[m_current].used < least) {
         Flush();
@@ -195,6 +201,8 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
                                      LevelBytes(target, level), levels[level].size()));
     if (RowBytes(target, 0) > m_chunkBytes)
         RejectCopy(subject, Text("a row is larger than a staging chunk ({} bytes)", m_chunkBytes));
+    if (m_desc.queue != QueueKind::Main && !target.IsShared())
+        RejectCopy(subject, "it belongs to the main queue, the upload is for the transfer queue");
     if (desc.layers != 1) RejectCopy(subject, Text("it has {} layers, an upload is for one", desc.layers));
     if (levels.size() == desc.mipLevels) return;
     if (!Has(desc.usage, TextureUsage::CopySource))
@@ -240,7 +248,11 @@ uint64_t Uploader::Continue(TextureTransfer& transfer, uint64_t budget) {
     }
     if (!transfer.IsComplete()) return copied;
     if (transfer.levels.size() < desc.mipLevels) {
-        GenerateMips(target, static_cast<uint32_t>(transfer.levels.size()));
+        const auto firstLevel = static_cast<uint32_t>(transfer.levels.size());
+        CommandList& copies = List();
+        const bool isOnMain = m_desc.queue == QueueKind::Main;
+        if (!isOnMain && !m_mipList) m_mipList = m_device.BeginCommands(m_desc.name + " mips");
+        GenerateMips(isOnMain ? copies : *m_mipList, target, firstLevel);
         return copied;
     }
     const VkImageMemoryBarrier2 toShader =
@@ -251,8 +263,7 @@ uint64_t Uploader::Continue(TextureTransfer& transfer, uint64_t budget) {
 }
 
 // Requires all levels in TRANSFER_DST_OPTIMAL, and texels in those below `firstLevel`.
-void Uploader::GenerateMips(const Texture& target, uint32_t firstLevel) {
-    CommandList& list = List();
+void Uploader::GenerateMips(CommandList& list, const Texture& target, uint32_t firstLevel) {
     const uint32_t levelCount = target.Desc().mipLevels;
     for (uint32_t level = firstLevel; level < levelCount; ++level) {
         const VkImageMemoryBarrier2 toSource = MipBarrier(
@@ -348,7 +359,7 @@ Readback Readback::Record(CommandList& commands, const Texture& source, VkImageL
 }
 
 bool Readback::IsReady() const {
-    return m_value != 0 && m_device->HasCompleted(m_value);
+    return m_submission && m_device->HasCompleted(m_submission);
 }
 
 std::span<const std::byte> Readback::Bytes() const {
@@ -357,8 +368,8 @@ std::span<const std::byte> Readback::Bytes() const {
 }
 
 std::span<const std::byte> Readback::Wait() {
-    if (m_value == 0) throw MakeError(ErrorKind::Usage, "'{}' was not submitted", m_staging.Desc().name);
-    m_device->WaitFor(m_value);
+    if (!m_submission) throw MakeError(ErrorKind::Usage, "'{}' was not submitted", m_staging.Desc().name);
+    m_device->WaitFor(m_submission);
     return m_staging.Mapped();
 }
 

@@ -6,14 +6,16 @@
 // uploader's own lists, which are submitted whenever a chunk of staging memory is full and by Flush, so that
 // the device copies one chunk while the CPU fills the next. A chunk is reused once the timeline has passed
 // its submission; a call waits only when every chunk is in flight, for the oldest one. The device is never
-// drained. Ordering on the one queue: uploads come after all work submitted before them, and all work
-// submitted after them sees their data. Waiting for the returned value only serves to know that the data has
-// arrived. Flush must precede the submission of commands that need the data.
+// drained. All work submitted after a Flush, to any queue, sees the data. On the main queue, uploads come after
+// all work submitted before them. On the transfer queue they run beside it, so that their targets must not be
+// in use. Waiting for the returned submission only serves to know that the data has arrived. Flush must precede
+// the submission of commands that need the data.
 #pragma once
 
 #include <cstddef>
 #include <future>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -27,6 +29,8 @@ namespace raygraph::rhi {
 
 struct UploaderDesc {
     std::string name = "uploader";
+    // A device without a transfer queue uses its main one.
+    QueueKind queue = QueueKind::Main;
     uint64_t stagingBytes = uint64_t{64} << 20;  // bytes of all chunks together
     uint32_t chunkCount = 4;                     // at least 2, so that copying and filling overlap
     // True: another thread allocates all chunks from the start, instead of each when it is needed, since
@@ -74,8 +78,8 @@ class RAYGRAPH_API Uploader {
     // Flush, an upload of up to a chunk's bytes waits for nothing else.
     bool WouldBlock() const;
 
-    // Submits the recorded copies. Returns the timeline value at which all uploads so far have arrived.
-    uint64_t Flush();
+    // Submits the recorded copies. All uploads so far have arrived when the returned submission has completed.
+    Submission Flush();
 
     // Calls `run`, which uploads, and flushes. After an Error nothing stays recorded, because the list would
     // refer to abandoned resources and keep them from being freed. Uploads that `run` has submitted stay.
@@ -99,7 +103,7 @@ class RAYGRAPH_API Uploader {
     struct Chunk {
         Buffer buffer;
         uint64_t used = 0;
-        uint64_t until = 0;  // in flight until the timeline reaches this
+        Submission until;  // in flight until this has completed
     };
     struct Staged {
         const Buffer* buffer;
@@ -116,7 +120,7 @@ class RAYGRAPH_API Uploader {
     Chunk MakeChunk(size_t index) const;
     void SeparateOverlap(VkBuffer buffer, uint64_t begin, uint64_t end);
     void CheckTexture(const Texture& target, std::span<const std::span<const std::byte>> levels) const;
-    void GenerateMips(const Texture& target, uint32_t firstLevel);
+    void GenerateMips(CommandList& list, const Texture& target, uint32_t firstLevel);
 
     Device& m_device;
     UploaderDesc m_desc;
@@ -127,14 +131,16 @@ class RAYGRAPH_API Uploader {
     bool m_isRecording = false;
     // The ranges written since the last barrier, by buffer and begin: two writes of one range must not race.
     std::map<std::pair<VkBuffer, uint64_t>, uint64_t> m_written;
-    uint64_t m_lastValue = 0;
+    // Makes mip levels after copies on the transfer queue, which cannot; empty if there are none to make.
+    std::optional<CommandList> m_mipList;
+    Submission m_last;
     uint64_t m_waitCount = 0;
     std::future<std::vector<Chunk>> m_ahead;  // its thread reads the members above
 };
 
 // Readback: bytes that are copied from the device to the CPU. Copies are recorded into the caller's list, so
 // that they run right after the commands that write the data. The caller submits the list and passes its
-// timeline value.
+// submission.
 class RAYGRAPH_API Readback {
   public:
     Readback() = default;
@@ -148,9 +154,9 @@ class RAYGRAPH_API Readback {
     static Readback Record(CommandList& commands, const Texture& source, VkImageLayout layout,
                            uint32_t mipLevel = 0, uint32_t layer = 0);
 
-    // Sets the value that Device::Submit returned for the list.
-    void SetSubmitted(uint64_t value) { m_value = value; }
-    uint64_t Value() const { return m_value; }
+    // Sets what Device::Submit returned for the list.
+    void SetSubmitted(const rhi::Submission& submission) { m_submission = submission; }
+    const rhi::Submission& Submission() const { return m_submission; }
 
     // Returns false before the submission has completed; never waits.
     bool IsReady() const;
@@ -162,7 +168,7 @@ class RAYGRAPH_API Readback {
   private:
     Device* m_device = nullptr;
     Buffer m_staging;
-    uint64_t m_value = 0;
+    rhi::Submission m_submission;
 };
 
 // Submits and waits, for tests and for programs without other work. Errors are as above.

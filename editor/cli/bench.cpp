@@ -260,7 +260,7 @@ class Bench {
 
     // Runs `count` frames of this kind with `samples` each; returns when the device is idle.
     void RunFrames(const DeclareFrame& declare, uint32_t count, uint32_t samples = 1) {
-        uint64_t last = 0;
+        rhi::Submission last;
         for (uint32_t i = 0; i < count; ++i) {
             m_renderer.BeginFrame();
             const SceneIds ids = m_scene.Declare(m_sampleIndex);

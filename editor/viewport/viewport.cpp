@@ -151,8 +151,8 @@ TextureId Viewport::DeclareLastPicture() {
     return other.DeclareLast(m_impl->renderer);
 }
 
-uint64_t Viewport::RenderFrame() {
-    if (m_impl->size.IsEmpty()) return 0;
+rhi::Submission Viewport::RenderFrame() {
+    if (m_impl->size.IsEmpty()) return {};
     Renderer& renderer = m_impl->renderer;
     renderer.BeginFrame();
     try {

@@ -134,9 +134,9 @@ class RAYGRAPH_API Viewport {
     // had then; an invalid id if there is none. If the view shows both kinds of picture, or surfaces, it
     // returns one of them.
     TextureId DeclareLastPicture();
-    // Renders a frame of this viewport alone: begins, declares, presents and executes it. Returns the
-    // timeline value that completes it, 0 for a size without area.
-    uint64_t RenderFrame();
+    // Renders a frame of this viewport alone: begins, declares, presents and executes it. Returns its
+    // submission, an empty one for a size without area.
+    rhi::Submission RenderFrame();
 
     // --- Questions about a pixel; none waits ---
     // Throw Error{Usage} outside of the size.

@@ -38,7 +38,7 @@ Renderer::Renderer(rhi::Device& device, const RendererDesc& desc)
 Renderer::~Renderer() {
     DropFrame();
     try {
-        m_impl->device.WaitFor(m_impl->lastSubmitted);
+        m_impl->device.WaitFor({m_impl->lastSubmitted});
     } catch (const Error&) {
         // A lost device completes nothing. What a pending buffer of the host uses is retired, and kept.
     }
@@ -68,7 +68,7 @@ void Renderer::BeginFrame() {
         impl.isCompiled = false;
     }
     const uint64_t next = impl.frameNumber + 1;
-    impl.device.WaitFor(impl.OldestInFlight());
+    impl.device.WaitFor({impl.OldestInFlight()});
     impl.timer.Poll();
 
     impl.frameNumber = next;
@@ -84,7 +84,7 @@ void Renderer::BeginFrame() {
 }
 
 bool Renderer::WouldBlock() const {
-    return !m_impl->device.HasCompleted(m_impl->OldestInFlight());
+    return !m_impl->device.HasCompleted({m_impl->OldestInFlight()});
 }
 
 void Renderer::DropFrame(DropPolicy semaphores) {
@@ -118,7 +118,7 @@ void Renderer::Impl::DropFrame() {
 void Renderer::Impl::ForwardSemaphores() noexcept {
     if (waits.forwarded.empty() && signals.forwarded.empty()) return;
     try {
-        lastSubmitted = device.Forward(waits.forwarded, signals.forwarded);
+        lastSubmitted = device.Forward(waits.forwarded, signals.forwarded).value;
     } catch (const std::exception& failure) {
         WriteLog(device.Log(), LogLevel::Warning, log_category::kGraph,
                  "the semaphores of a dropped frame are not signalled: {}", failure.what());
@@ -645,7 +645,7 @@ bool Readback::IsReady() const {
     if (!m_state) return false;
     const uint64_t submitted = m_state->submitted;
     if (submitted == State::kDeclared || submitted >= State::kRendererGone) return false;
-    return m_state->device->HasCompleted(submitted);
+    return m_state->device->HasCompleted({submitted});
 }
 
 void Readback::Wait() const {
@@ -657,7 +657,7 @@ void Readback::Wait() const {
         throw Error(ErrorKind::Usage, "Readback: its frame has not been executed");
     if (submitted == State::kDropped)
         throw Error(ErrorKind::Usage, "Readback: its frame was dropped and never ran");
-    m_state->device->WaitFor(submitted);
+    m_state->device->WaitFor({submitted});
 }
 
 std::span<const std::byte> Readback::Bytes() const {

@@ -226,18 +226,18 @@ class RAYGRAPH_API Renderer {
     void WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
     void SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy = DropPolicy::Forward);
 
-    // Compiles, records and submits the frame; returns the timeline value that completes it. On an Error the
-    // frame is dropped, and the next BeginFrame starts without it.
-    uint64_t Execute();
+    // Compiles, records and submits the frame; returns what completes it. On an Error the frame is dropped,
+    // and the next BeginFrame starts without it.
+    rhi::Submission Execute();
     // Records the frame into a primary command buffer of the host, in place of Execute, and submits nothing.
     // The buffer is of the device's queue family, in the recording state and outside of rendering; what was
     // bound in it is lost. Imported resources are expected as Import says, and left as Export says; all
     // else that orders them with other commands is the host's. The host submits the buffer exactly once, to
-    // the device's queue and before later frames, and passes the returned value to rhi::Device::Complete when
+    // the device's queue and before later frames, and passes what is returned to rhi::Device::Complete when
     // that has completed: until then the frame counts as in flight. Throws Error{Usage} for a frame with
     // semaphores, which belong to the host's submission. On an Error the frame is dropped, and the host
     // resets the buffer, into which a part may have been recorded.
-    uint64_t Record(VkCommandBuffer commands);
+    rhi::Submission Record(VkCommandBuffer commands);
     // Compiles the declarations so far without recording anything, for DescribePlan before Execute.
     void Compile();
     // Compiles, and begins to create the missing pipelines of the executed passes, each on its own thread.

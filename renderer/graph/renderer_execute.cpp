@@ -365,7 +365,7 @@ void Renderer::Impl::Commit(uint64_t value) {
 }
 
 // Compiles, records and submits the declared frame; with a buffer of the host, records into that instead.
-uint64_t Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host) {
+rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host) {
     if (host && !(waits.all.empty() && signals.all.empty()))
         throw Error(ErrorKind::Usage,
                     "Record: the frame has semaphores, which belong to the host's submission");
@@ -376,41 +376,42 @@ uint64_t Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host) {
     Record(commands, timing);
     for (std::function<void()>& run : onSubmitted) commands.OnSubmitted(std::move(run));
     timing.recordMs = recording.Milliseconds();
-    const Stopwatch submission;
-    const uint64_t value = host ? device.HandOver(std::move(commands))
-                                : device.Submit(std::move(commands), waits.all, signals.all);
-    timing.submitMs = submission.Milliseconds();
-    return value;
+    const Stopwatch submitting;
+    if (host) device.JoinTransfers();
+    const rhi::Submission submission = host ? device.HandOver(std::move(commands))
+                                            : device.Submit(std::move(commands), waits.all, signals.all);
+    timing.submitMs = submitting.Milliseconds();
+    return submission;
 }
 
-uint64_t Renderer::Impl::Finish(std::string_view call, VkCommandBuffer host) {
+rhi::Submission Renderer::Impl::Finish(std::string_view call, VkCommandBuffer host) {
     FrameTiming timing;
     timing.frame = frameNumber;
     timing.declareMs = sinceBegin.Milliseconds();
-    uint64_t value = 0;
+    rhi::Submission frame;
     try {
         RequireOpen(call);
-        value = WithMemoryErrors(call, [&] { return Submit(timing, host); });
+        frame = WithMemoryErrors(call, [&] { return Submit(timing, host); });
     } catch (...) {
         DropFrame();
         throw;
     }
     // The frame is closed before the callbacks run, which are not part of it.
-    Commit(value);
+    Commit(frame.value);
     CloseFrame();
     timing.compileMs = compileMs;
-    timer.EndFrame(value, std::move(timing));
+    timer.EndFrame(frame.value, std::move(timing));
     for (const std::string& name : std::exchange(unneededOfSeries, {})) persistents.Release(name);
     transients.Trim(frameNumber);
     programs.EndFrame();
-    return value;
+    return frame;
 }
 
-uint64_t Renderer::Execute() {
+rhi::Submission Renderer::Execute() {
     return m_impl->Finish("Execute", VK_NULL_HANDLE);
 }
 
-uint64_t Renderer::Record(VkCommandBuffer commands) {
+rhi::Submission Renderer::Record(VkCommandBuffer commands) {
     if (commands == VK_NULL_HANDLE) throw Error(ErrorKind::Usage, "Record: there is no command buffer");
     return m_impl->Finish("Record", commands);
 }

@@ -153,9 +153,9 @@ struct Renderer::Impl {
     void RecordBarriers(rhi::CommandList& commands, const BarrierRange& range, bool holdsTransfers);
     void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
     void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
-    uint64_t Submit(FrameTiming& timing, VkCommandBuffer host);
+    rhi::Submission Submit(FrameTiming& timing, VkCommandBuffer host);
     // Executes the open frame, or records it into a buffer of the host; on an Error it is dropped.
-    uint64_t Finish(std::string_view call, VkCommandBuffer host);
+    rhi::Submission Finish(std::string_view call, VkCommandBuffer host);
     void MarkWritten(const ResourceUse& use);
     void Commit(uint64_t value);
     void Abandon(std::string why);

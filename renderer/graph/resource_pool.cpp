@@ -106,8 +106,8 @@ constexpr size_t kMaxKnown = 128;
 
 // Returns all fields except the name. A new field of a description breaks the build until it is listed here.
 auto PartsOf(const rhi::TextureDesc& desc) {
-    const auto& [name, extent, format, usage, mipLevels, layers] = desc;
-    return std::tie(extent, format, usage, mipLevels, layers);
+    const auto& [name, extent, format, usage, mipLevels, layers, isShared] = desc;
+    return std::tie(extent, format, usage, mipLevels, layers, isShared);
 }
 auto PartsOf(const rhi::BufferDesc& desc) {
     const auto& [name, size, usage, memory, hasOwnMemory] = desc;

@@ -54,7 +54,7 @@ bool SwapchainFrame::ShowDrawn() {
 
 void SwapchainFrame::Show() {
     if (!std::exchange(m_drawingOn, nullptr)) return;
-    m_isStale = !m_swapchain.Present(m_image);
+    m_isStale = !m_swapchain.Present(m_image, m_drawn);
 }
 
 }  // namespace raygraph

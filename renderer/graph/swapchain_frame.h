@@ -45,7 +45,7 @@ class SwapchainFrame {
     ResourceState m_state;
     bool m_isStale = false;              // the window may have another size
     rhi::Device* m_drawingOn = nullptr;  // not null: m_image is not shown yet
-    uint64_t m_drawn = 0;                // timeline value at which it is drawn
+    rhi::Submission m_drawn;             // the frame that draws it
 };
 
 }  // namespace raygraph

@@ -318,6 +318,7 @@ const Row<TextureDesc> kOfTextures[] = {
     {"usage", [](TextureDesc& d) { d.usage = d.usage | TextureUsage::CopySource; }},
     {"levels", [](TextureDesc& d) { d.mipLevels = 2; }},
     {"layers", [](TextureDesc& d) { d.layers = 2; }},
+    {"shared by all queues", [](TextureDesc& d) { d.isShared = true; }},
 };
 
 const Row<BufferDesc> kOfBuffers[] = {
@@ -335,8 +336,8 @@ uint64_t Number(Enum value) {
     return static_cast<uint64_t>(value);
 }
 auto FieldsOf(TextureDesc& s) {
-    auto& [name, extent, format, usage, mipLevels, layers] = s;
-    return std::tuple(name, extent, Number(format), Number(usage), mipLevels, layers);
+    auto& [name, extent, format, usage, mipLevels, layers, isShared] = s;
+    return std::tuple(name, extent, Number(format), Number(usage), mipLevels, layers, isShared);
 }
 auto FieldsOf(BufferDesc& s) {
     auto& [name, size, usage, memory, hasOwnMemory] = s;

@@ -173,7 +173,7 @@ void Frame(benchmark::State& state) {
     double frames = 0.0;
     for (auto _ : state) {
         fixture.DeclareFrame(accumulations);
-        const uint64_t value = fixture.renderer.Execute();
+        const rhi::Submission value = fixture.renderer.Execute();
         fixture.device->WaitFor(value);
         const FrameTiming timing = fixture.renderer.Timing();
         sum.declareMs += timing.declareMs;

@@ -101,7 +101,8 @@ class Record : public GraphTest {
 TEST_F(Record, FramesInFlight_AccumulateAsExecutedOnesDo) {
     constexpr int kFrames = 12;
     struct Pending {
-        uint64_t ours = 0, theirs = 0;  // theirs: 0 for an executed frame
+        rhi::Submission ours;
+        uint64_t theirs = 0;  // 0 for an executed frame
     };
     const auto complete = [&](const Pending& frame) {
         if (frame.theirs == 0) return;
@@ -124,7 +125,7 @@ TEST_F(Record, FramesInFlight_AccumulateAsExecutedOnesDo) {
             continue;
         }
         const VkCommandBuffer commands = host.Begin();
-        const uint64_t ours = m_renderer.Record(commands);
+        const rhi::Submission ours = m_renderer.Record(commands);
         EXPECT_FALSE(Device().HasCompleted(ours));
         pending.push_back({ours, host.Submit(commands)});
     }
@@ -135,7 +136,7 @@ TEST_F(Record, FramesInFlight_AccumulateAsExecutedOnesDo) {
 
 // A buffer that the host has not completed counts as in flight, whatever was submitted after it.
 TEST_F(Record, UntilTheHostCompletesIt_ItsFrameIsInFlight) {
-    std::vector<uint64_t> values;
+    std::vector<rhi::Submission> values;
     std::vector<VkCommandBuffer> buffers;
     Readback readback;
     for (uint32_t i = 0; i < Device().FramesInFlight(); ++i) {
@@ -153,10 +154,10 @@ TEST_F(Record, UntilTheHostCompletesIt_ItsFrameIsInFlight) {
     EXPECT_THAT(testing::ErrorTextOf([&] { readback.Wait(); }), HasSubstr("the host"));
 
     // The host submits them later than others do.
-    const uint64_t other = Device().Submit(Device().BeginCommands("other"));
+    const rhi::Submission other = Device().Submit(Device().BeginCommands("other"));
     Device().WaitFor(other);
     EXPECT_TRUE(Device().HasCompleted(other));
-    EXPECT_LT(Device().CompletedValue(), values.front());
+    EXPECT_LT(Device().CompletedValue(), values.front().value);
     uint64_t theirs = 0;
     for (const VkCommandBuffer commands : buffers) theirs = host.Submit(commands);
     host.WaitFor(theirs);
@@ -164,7 +165,7 @@ TEST_F(Record, UntilTheHostCompletesIt_ItsFrameIsInFlight) {
     EXPECT_FALSE(isKept.expired());
     EXPECT_TRUE(m_renderer.TakeTimings().empty());
     Device().WaitIdle();
-    for (const uint64_t value : values) {
+    for (const rhi::Submission& value : values) {
         EXPECT_FALSE(Device().HasCompleted(value));
         EXPECT_FALSE(isKept.expired());
         Device().Complete(value);
@@ -179,15 +180,15 @@ TEST_F(Record, UntilTheHostCompletesIt_ItsFrameIsInFlight) {
 TEST_F(Record, TheLastValue_IsReachedWithoutALaterSubmission) {
     m_renderer.Present(DeclareSum());
     const VkCommandBuffer commands = host.Begin();
-    const uint64_t value = m_renderer.Record(commands);
+    const rhi::Submission value = m_renderer.Record(commands);
     host.WaitFor(host.Submit(commands));
     Device().Complete(value);
-    EXPECT_EQ(Device().CompletedValue(), value);
+    EXPECT_EQ(Device().CompletedValue(), value.value);
     Device().WaitFor(value);
     Device().WaitIdle();
     m_renderer.Present(DeclareSum());
     Device().WaitFor(m_renderer.Execute());
-    EXPECT_EQ(Device().CompletedValue(), value + 1);
+    EXPECT_EQ(Device().CompletedValue(), value.value + 1);
 }
 
 TEST_F(Record, MistakesOfTheHost_AreNamed) {
@@ -198,13 +199,13 @@ TEST_F(Record, MistakesOfTheHost_AreNamed) {
     m_renderer.SignalSemaphore({Device().Timeline(), 0}, DropPolicy::LeaveAlone);
     EXPECT_THAT(textOf([&] { m_renderer.Record(commands); }), HasSubstr("semaphores"));
     EXPECT_THAT(textOf([&] { m_renderer.Record(commands); }), HasSubstr("Record"));
-    EXPECT_THAT(textOf([&] { Device().Complete(Device().LastSubmittedValue()); }), HasSubstr("Complete("));
+    EXPECT_THAT(textOf([&] { Device().Complete({Device().LastSubmittedValue()}); }), HasSubstr("Complete("));
     rhi::CommandList list = Device().RecordInto(commands);
     EXPECT_THAT(textOf([&] { Device().Submit(std::move(list)); }), HasSubstr("HandOver"));
     rhi::CommandList own = Device().BeginCommands("own");
     EXPECT_THAT(textOf([&] { Device().HandOver(std::move(own)); }), HasSubstr("RecordInto"));
     m_renderer.Present(DeclareSum());
-    const uint64_t value = m_renderer.Record(commands);
+    const rhi::Submission value = m_renderer.Record(commands);
     host.WaitFor(host.Submit(commands));
     Device().Complete(value);
     EXPECT_THAT(textOf([&] { Device().Complete(value); }), HasSubstr("no pending buffer"));
@@ -230,7 +231,7 @@ TEST_F(Record, AnErrorInAPass_DropsTheFrame) {
     EXPECT_EQ(Device().LastSubmittedValue(), before);
     const Readback readback = m_renderer.ReadBack(DeclareSum());
     const VkCommandBuffer commands = host.Begin();
-    const uint64_t value = m_renderer.Record(commands);
+    const rhi::Submission value = m_renderer.Record(commands);
     host.WaitFor(host.Submit(commands));
     Device().Complete(value);
     EXPECT_TRUE(IsRamp(Read(readback), 1.0f, 2.0f)) << "the dropped frame has added to the sum";

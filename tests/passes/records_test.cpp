@@ -179,7 +179,7 @@ TEST(FrameStagingTest, MemoryIsUsedAgainOnceTheDeviceHasReadIt) {
     EXPECT_EQ(staging.Take(500).Mapped().data(), first) << "its frame was dropped";
     Gate gate(*device);
     const rhi::SemaphoreUse wait = gate.At(1);
-    const uint64_t busy = device->Submit(device->BeginCommands("reads it"), {&wait, 1});
+    const rhi::Submission busy = device->Submit(device->BeginCommands("reads it"), {&wait, 1});
     staging.MarkSubmitted();
     const std::byte* const second = staging.Take(1000).Mapped().data();
     EXPECT_NE(second, first);

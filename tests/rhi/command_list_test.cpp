@@ -288,12 +288,12 @@ using ::testing::HasSubstr;
 using TimelineTest = VulkanTest;
 
 TEST_F(TimelineTest, SubmissionsCountUp) {
-    const uint64_t first = Device().Submit(Device().BeginCommands("a"));
-    const uint64_t second = Device().Submit(Device().BeginCommands("b"));
-    EXPECT_EQ(second, first + 1);
-    EXPECT_EQ(Device().LastSubmittedValue(), second);
+    const rhi::Submission first = Device().Submit(Device().BeginCommands("a"));
+    const rhi::Submission second = Device().Submit(Device().BeginCommands("b"));
+    EXPECT_EQ(second.value, first.value + 1);
+    EXPECT_EQ(Device().LastSubmittedValue(), second.value);
     Device().WaitFor(second);
-    EXPECT_EQ(Device().CompletedValue(), second);
+    EXPECT_EQ(Device().CompletedValue(), second.value);
 }
 
 TEST_F(TimelineTest, OutcomeOfAList_IsTold) {
@@ -320,14 +320,14 @@ TEST_F(TimelineTest, OutcomeOfAList_IsTold) {
 
 TEST_F(TimelineTest, WaitingForTheFuture_IsRefused) {
     const uint64_t next = Device().LastSubmittedValue() + 1;
-    EXPECT_EQ(ErrorOf([&] { Device().WaitFor(next); }).Kind(), ErrorKind::Usage);
+    EXPECT_EQ(ErrorOf([&] { Device().WaitFor({next}); }).Kind(), ErrorKind::Usage);
 }
 
 TEST_F(TimelineTest, SubmitWaitsForAndSignalsSemaphores) {
     Gate before(Device()), after(Device());
     const SemaphoreUse wait = before.At(1), signal = after.At(5);
-    const uint64_t value = Device().Submit(Device().BeginCommands("gated"), {&wait, 1}, {&signal, 1});
-    EXPECT_LT(Device().CompletedValue(), value);
+    const rhi::Submission value = Device().Submit(Device().BeginCommands("gated"), {&wait, 1}, {&signal, 1});
+    EXPECT_LT(Device().CompletedValue(), value.value);
     EXPECT_EQ(after.Value(), 0u);
     before.Open();
     Device().WaitFor(value);
@@ -371,7 +371,7 @@ TEST_F(TimelineTest, BufferDestroyedWhilePending_IsFreedOnlyWhenItsWorkIsDone) {
     ASSERT_GT(with, used);
     rhi::CommandList commands = Device().BeginCommands("uses the buffer");
     commands.Fill(buffer, 1);
-    const uint64_t value = Device().Submit(std::move(commands), {&wait, 1});
+    const rhi::Submission value = Device().Submit(std::move(commands), {&wait, 1});
     buffer = {};
     Device().CollectGarbage();
     EXPECT_EQ(Device().Memory().usedBytes, with) << "the fill has not run yet";
@@ -383,7 +383,7 @@ TEST_F(TimelineTest, BufferDestroyedWhilePending_IsFreedOnlyWhenItsWorkIsDone) {
 TEST_F(TimelineTest, BufferDestroyedWhileItsListIsRecorded_IsFreedAfterThatList) {
     Device().WaitIdle();
     const uint64_t used = Device().Memory().usedBytes;
-    uint64_t value = 0;
+    rhi::Submission value;
     {
         rhi::CommandList commands = Device().BeginCommands("uses the buffer");
         {
@@ -459,7 +459,7 @@ struct TimestampsTest : VulkanTest {
             commands.Fill(target, i);
             EXPECT_EQ(pool.Write(commands), i + 1);
         }
-        const uint64_t value = Device().Submit(std::move(commands));
+        const uint64_t value = Device().Submit(std::move(commands)).value;
         pool.EndFrame(value);
         return value;
     }
@@ -470,7 +470,7 @@ struct TimestampsTest : VulkanTest {
 TEST_F(TimestampsTest, AreMonotoneAndNoLongerThanTheWallTime) {
     const auto start = std::chrono::steady_clock::now();
     const uint64_t value = Frame(8);
-    Device().WaitFor(value);
+    Device().WaitFor({value});
     const double wall =
         std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
     const std::optional<rhi::TimestampFrame> frame = pool.Poll();
@@ -492,7 +492,7 @@ TEST_F(TimestampsTest, EveryFrameIsReturnedOnceInOrder) {
             EXPECT_EQ(frame->nanoseconds.size(), returned.size() % 3 + 1);
             returned.push_back(frame->submitted);
         }
-        Device().WaitFor(submitted.back());
+        Device().WaitFor({submitted.back()});
     }
     while (const std::optional<rhi::TimestampFrame> frame = pool.Poll()) returned.push_back(frame->submitted);
     EXPECT_EQ(returned, submitted);
@@ -517,7 +517,7 @@ TEST_F(TimestampsTest, MoreThanThereIsRoomFor_AreLeftOut) {
     EXPECT_TRUE(small.Write(commands));
     EXPECT_TRUE(small.Write(commands));
     EXPECT_FALSE(small.Write(commands));
-    small.EndFrame(Device().Submit(std::move(commands)));
+    small.EndFrame(Device().Submit(std::move(commands)).value);
     Device().WaitIdle();
     EXPECT_EQ(small.Poll()->nanoseconds.size(), 2u);
 }
@@ -529,7 +529,7 @@ TEST_F(TimestampsTest, FrameThatWasNeverSubmitted_IsGivenUp) {
         pool.Write(dropped);
     }
     const uint64_t value = Frame(1);
-    Device().WaitFor(value);
+    Device().WaitFor({value});
     const std::optional<rhi::TimestampFrame> frame = pool.Poll();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->submitted, value);
@@ -591,11 +591,11 @@ TEST_F(FailingCallTest, SubmissionThatHasArrived_IsNoError) {
     commands.OnSubmitted([&] { hasArrived = true; });
     // Submit next queries how far the device is.
     InjectFailure(InjectedFailure{.call = FailingCall::Wait});
-    uint64_t value = 0;
+    rhi::Submission value;
     EXPECT_NO_THROW(value = device->Submit(std::move(commands)));
     EXPECT_TRUE(HasFailed());
     EXPECT_TRUE(hasArrived);
-    EXPECT_EQ(value, device->LastSubmittedValue());
+    EXPECT_EQ(value.value, device->LastSubmittedValue());
     ClearInjectedFailure();
     device->WaitFor(value);
 }
@@ -608,7 +608,7 @@ TEST_F(FailingCallTest, SubmissionThatHasNotArrived_LeavesTheTimeline) {
     EXPECT_EQ(ErrorOf([&] { device->Submit(std::move(commands)); }).Kind(), ErrorKind::OutOfMemory);
     EXPECT_TRUE(isDropped);
     EXPECT_EQ(device->LastSubmittedValue(), 0u);
-    EXPECT_EQ(device->Submit(device->BeginCommands("arrives")), 1u);
+    EXPECT_EQ(device->Submit(device->BeginCommands("arrives")).value, 1u);
 }
 
 // Fails each call that makes a resource in turn, until none is left.

@@ -242,7 +242,7 @@ TEST_F(DeviceLostTest, Submit_NamesTheLastPass) {
 }
 
 TEST_F(DeviceLostTest, WaitFor_NamesTheLastPass) {
-    const uint64_t value = device->Submit(device->BeginCommands("frame"));
+    const rhi::Submission value = device->Submit(device->BeginCommands("frame"));
     loader.Tell().waitResult = VK_ERROR_DEVICE_LOST;
     const Error error = ErrorOf([&] { device->WaitFor(value); });
     EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
@@ -283,7 +283,7 @@ struct HangTest : ::testing::Test {
         device = rhi::Device::Create(desc);
         report = device->AddLastPassReport([] { return std::string("last pass reached: Trace"); });
     }
-    uint64_t SubmitAfter(const Gate& gate) {
+    rhi::Submission SubmitAfter(const Gate& gate) {
         const rhi::SemaphoreUse wait = gate.At(1);
         return device->Submit(device->BeginCommands("waits"), {&wait, 1});
     }
@@ -293,11 +293,11 @@ struct HangTest : ::testing::Test {
 };
 
 TEST_F(HangTest, WaitBeyondTheLimit_IsALostDeviceThatNamesTheLastPass) {
-    const uint64_t before = device->Submit(device->BeginCommands("runs"));
+    const rhi::Submission before = device->Submit(device->BeginCommands("runs"));
     device->WaitFor(before);
     {
         Gate gate(*device);
-        const uint64_t value = SubmitAfter(gate);
+        const rhi::Submission value = SubmitAfter(gate);
         const Error error = ErrorOf([&] { device->WaitFor(value); });
         EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
         EXPECT_STREQ(error.what(),
@@ -305,7 +305,7 @@ TEST_F(HangTest, WaitBeyondTheLimit_IsALostDeviceThatNamesTheLastPass) {
                      "50 ms; last pass reached: Trace");
         EXPECT_EQ(ErrorOf([&] { device->WaitIdle(); }).Kind(), ErrorKind::DeviceLost);
         gate.Open();
-        while (device->CompletedValue() < value) std::this_thread::yield();
+        while (device->CompletedValue() < value.value) std::this_thread::yield();
     }
     device.reset();
     EXPECT_EQ(log.Text(), "") << "it went on, so that everything is freed";
@@ -318,7 +318,7 @@ struct SlowQueueTest : HangTest {
 
 TEST_F(SlowQueueTest, SubmissionsThatCompleteOneByOne_AreWaitedFor) {
     std::vector<std::unique_ptr<Gate>> gates;
-    uint64_t last = 0;
+    rhi::Submission last;
     for (int i = 0; i < 5; ++i) last = SubmitAfter(*gates.emplace_back(std::make_unique<Gate>(*device)));
     std::jthread opener([&] {
         for (const auto& gate : gates) {
@@ -333,11 +333,11 @@ TEST_F(SlowQueueTest, SubmissionsThatCompleteOneByOne_AreWaitedFor) {
 // A semaphore that was given up as hung is used again once it has been signaled.
 TEST_F(SlowQueueTest, DeviceThatGoesOnAfterAll_IsWaitedForAsBefore) {
     Gate first(*device), second(*device);
-    const uint64_t held = SubmitAfter(first);
+    const rhi::Submission held = SubmitAfter(first);
     EXPECT_EQ(ErrorOf([&] { device->WaitFor(held); }).Kind(), ErrorKind::DeviceLost);
     first.Open();
-    while (device->CompletedValue() < held) std::this_thread::yield();
-    const uint64_t last = SubmitAfter(second);
+    while (device->CompletedValue() < held.value) std::this_thread::yield();
+    const rhi::Submission last = SubmitAfter(second);
     std::jthread opener([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
         second.Open();
@@ -362,7 +362,7 @@ struct NeverTest : SlowQueueTest {
                                            1};
         EXPECT_EQ(vk.vkSignalSemaphore(handle, &signal), VK_SUCCESS);
         const VkSemaphoreWaitInfo wait{
-            VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value};
+            VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value.value};
         EXPECT_EQ(vk.vkWaitSemaphores(handle, &wait, UINT64_MAX), VK_SUCCESS) << "nothing of it was freed";
     }
 
@@ -370,7 +370,7 @@ struct NeverTest : SlowQueueTest {
     const VkDevice handle;
     const VkSemaphore timeline;
     rhi::SemaphoreUse never{.value = 1};
-    uint64_t value = 0;
+    rhi::Submission value;
 };
 
 TEST_F(NeverTest, DestroyingIt_LeavesItAsItIs) {
@@ -595,8 +595,8 @@ TEST_F(AdoptTest, TwoAdoptersOfOneDevice_ShareTheQueueUnderItsLock) {
     desc.unlockQueue = [&] { queue.unlock(); };
     const std::unique_ptr<rhi::Device> first = rhi::Device::Adopt(desc);
     const std::unique_ptr<rhi::Device> second = rhi::Device::Adopt(desc);
-    EXPECT_EQ(first->Submit(first->BeginCommands("a")), 1u);
-    EXPECT_EQ(second->Submit(second->BeginCommands("b")), 1u) << "each has a timeline of its own";
+    EXPECT_EQ(first->Submit(first->BeginCommands("a")).value, 1u);
+    EXPECT_EQ(second->Submit(second->BeginCommands("b")).value, 1u) << "each has a timeline of its own";
     first->WaitIdle();
     second->WaitIdle();
 }

@@ -112,6 +112,11 @@ VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue queue, uint32_t count, const VkSub
                                       VkFence fence) {
     if (activeState->lies.submitResult != VK_SUCCESS) return activeState->lies.submitResult;
     if (const VkResult next = std::exchange(activeState->lies.nextSubmitResult, VK_SUCCESS)) return next;
+    static std::mutex lock;  // devices may submit on several threads
+    const std::lock_guard guard(lock);
+    for (uint32_t i = 0; i < count; ++i)
+        activeState->lies.submitWaits.emplace_back(
+            infos[i].pWaitSemaphoreInfos, infos[i].pWaitSemaphoreInfos + infos[i].waitSemaphoreInfoCount);
     return activeState->submit(queue, count, infos, fence);
 }
 

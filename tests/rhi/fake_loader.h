@@ -27,6 +27,8 @@ struct Lies {
     int32_t buffersBeforeFailure = -1;       // not -1: vkCreateBuffer fails once after as many successes
     VkResult resetPoolResult = VK_SUCCESS;   // not VK_SUCCESS: vkResetCommandPool fails so
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;  // no lie: what has been recorded
+    std::vector<std::vector<VkSemaphoreSubmitInfo>>
+        submitWaits;  // no lie: what each vkQueueSubmit2 waits for
     // No lie, either: the modes of the acceleration structures that each command has built or updated.
     std::vector<std::vector<VkBuildAccelerationStructureModeKHR>> builds;
     uint32_t samplers = 0;                      // likewise: how many vkCreateSampler has made

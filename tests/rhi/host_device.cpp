@@ -141,28 +141,34 @@ void HostDevice::CreateDevice() {
             m_physicalDevice = device;
     if (!m_physicalDevice) throw std::runtime_error("host: no device meets the requirements");
 
-    m_queueFamily = rhi::QueueFamilyFor(m_physicalDevice, entry, m_instance).value();
     const float priority = 1.0f;
-    VkDeviceQueueCreateInfo queue{};
-    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queue.queueFamilyIndex = m_queueFamily;
-    queue.queueCount = 1;
-    queue.pQueuePriorities = &priority;
+    std::vector<VkDeviceQueueCreateInfo> queueInfos;
+    for (const rhi::QueueKind kind : rhi::kQueueKinds) {
+        const auto family = rhi::QueueFamilyFor(m_physicalDevice, entry, m_instance, kind);
+        m_queues[rhi::IndexOf(kind)].family = family.value_or(m_queues.front().family);
+        if (!family) continue;
+        VkDeviceQueueCreateInfo& queue = queueInfos.emplace_back();
+        queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+        queue.queueFamilyIndex = *family;
+        queue.queueCount = 1;
+        queue.pQueuePriorities = &priority;
+    }
     const rhi::FeatureChain features = rhi::FeaturesFor(m_physicalDevice, entry, m_instance);
     const std::vector<const char*> names = rhi::ExtensionsFor(m_physicalDevice, entry, m_instance);
     m_extensions.assign(names.begin(), names.end());
     VkDeviceCreateInfo deviceInfo{};
     deviceInfo.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     deviceInfo.pNext = features.Root();
-    deviceInfo.queueCreateInfoCount = 1;
-    deviceInfo.pQueueCreateInfos = &queue;
+    deviceInfo.queueCreateInfoCount = static_cast<uint32_t>(queueInfos.size());
+    deviceInfo.pQueueCreateInfos = queueInfos.data();
     deviceInfo.enabledExtensionCount = static_cast<uint32_t>(names.size());
     deviceInfo.ppEnabledExtensionNames = names.data();
     Require(m_instanceFunctions.vkCreateDevice(m_physicalDevice, &deviceInfo, nullptr, &m_device),
             "vkCreateDevice");
     m_functions =
         rhi::LoadDeviceFunctions(m_instanceFunctions.vkGetDeviceProcAddr, m_device, m_hasDebugUtils);
-    m_functions.vkGetDeviceQueue(m_device, m_queueFamily, 0, &m_queue);
+    for (rhi::AdoptedQueue& queue : m_queues)
+        m_functions.vkGetDeviceQueue(m_device, queue.family, 0, &queue.queue);
 }
 
 HostDevice::~HostDevice() {
@@ -182,12 +188,19 @@ rhi::AdoptedDeviceDesc HostDevice::Desc() const {
     desc.instance = m_instance;
     desc.physicalDevice = m_physicalDevice;
     desc.device = m_device;
-    desc.queue = m_queue;
-    desc.queueFamily = m_queueFamily;
+    desc.queue = m_queues.front().queue;
+    desc.queueFamily = m_queues.front().family;
     desc.getInstanceProcAddr = m_loader->GetInstanceProcAddr();
     desc.enabledExtensions = m_extensions;
     desc.enabledFeatures = rhi::OptionalFeaturesOf(m_physicalDevice, desc.getInstanceProcAddr, m_instance);
     desc.debugUtilsEnabled = m_hasDebugUtils;
+    return desc;
+}
+
+rhi::AdoptedDeviceDesc HostDevice::DescWithQueues() const {
+    rhi::AdoptedDeviceDesc desc = Desc();
+    desc.computeQueue = m_queues[rhi::IndexOf(rhi::QueueKind::Compute)];
+    desc.transferQueue = m_queues[rhi::IndexOf(rhi::QueueKind::Transfer)];
     return desc;
 }
 

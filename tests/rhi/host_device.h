@@ -1,6 +1,7 @@
 // HostDevice is a host engine's own Vulkan device, made from rhi::Requirements() without rhi::Device.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -39,6 +40,9 @@ class HostDevice {
 
     // Returns a description with everything that Adopt needs.
     rhi::AdoptedDeviceDesc Desc() const;
+    // Adds a compute and a transfer queue: of families of their own where the device has them, otherwise the
+    // main queue.
+    rhi::AdoptedDeviceDesc DescWithQueues() const;
     const rhi::InstanceFunctions& InstanceFunctions() const { return m_instanceFunctions; }
     const rhi::DeviceFunctions& Functions() const { return m_functions; }
     VkDevice Handle() const { return m_device; }
@@ -56,8 +60,7 @@ class HostDevice {
     VkDebugUtilsMessengerEXT m_messenger = VK_NULL_HANDLE;
     VkPhysicalDevice m_physicalDevice = VK_NULL_HANDLE;
     VkDevice m_device = VK_NULL_HANDLE;
-    VkQueue m_queue = VK_NULL_HANDLE;
-    uint32_t m_queueFamily = 0;
+    std::array<rhi::AdoptedQueue, rhi::kQueueKinds.size()> m_queues{};  // by rhi::QueueKind
     std::vector<std::string> m_extensions;
     rhi::InstanceFunctions m_instanceFunctions;
     rhi::DeviceFunctions m_functions;

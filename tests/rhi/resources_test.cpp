@@ -479,9 +479,9 @@ TEST_F(UploadTest, Buffer_ArrivesWholeAndAtItsOffset) {
     const std::vector<std::byte> part = Noise(77, 1);
     uploader.UploadBuffer(buffer, 123, part);
     std::copy(part.begin(), part.end(), expected.begin() + 123);
-    const uint64_t value = uploader.Flush();
+    const rhi::Submission value = uploader.Flush();
     EXPECT_EQ(rhi::ReadBuffer(Device(), buffer), expected);
-    EXPECT_GE(Device().CompletedValue(), value);
+    EXPECT_GE(Device().CompletedValue(), value.value);
     EXPECT_EQ(rhi::ReadBuffer(Device(), buffer, 123, 77), part);
 }
 
@@ -509,9 +509,9 @@ TEST(UploaderTest, BusyDevice_TakesTheWholeRingWithoutWaitingAndThenNoMore) {
     rhi::Uploader uploader(*device, {.stagingBytes = kStaging, .chunkCount = 4});
     Gate gate(*device);
     const rhi::SemaphoreUse wait = gate.At(1);
-    const uint64_t busy = device->Submit(device->BeginCommands("busy"), {&wait, 1});
+    const rhi::Submission busy = device->Submit(device->BeginCommands("busy"), {&wait, 1});
     uploader.UploadBuffer(buffer, 0, std::span(bytes).first(kStaging));
-    EXPECT_LT(device->CompletedValue(), busy);
+    EXPECT_LT(device->CompletedValue(), busy.value);
     EXPECT_EQ(uploader.StagingBytes(), kStaging);
     EXPECT_EQ(uploader.WaitCount(), 0u);
     // From here on a call has to wait for a chunk, and gets it once the device goes on.
@@ -554,7 +554,7 @@ TEST_F(UploadTest, OverlappingWritesOfOneBatch_TheLastOneWins) {
 
 TEST_F(UploadTest, FlushWithoutUploads_SubmitsNothing) {
     const uint64_t before = Device().LastSubmittedValue();
-    EXPECT_EQ(uploader.Flush(), 0u);
+    EXPECT_FALSE(uploader.Flush());
     EXPECT_EQ(Device().LastSubmittedValue(), before);
 }
 
@@ -591,7 +591,7 @@ TEST_F(UploadTest, BadRequests_NameTheTargetAndBothSides) {
                 HasSubstr("cannot be filtered"));
     EXPECT_EQ(ErrorOf([&] { rhi::Uploader(Device(), {.chunkCount = 1}); }).Kind(), ErrorKind::Usage);
     EXPECT_EQ(ErrorOf([&] { rhi::Uploader(Device(), {.chunkCount = 0}); }).Kind(), ErrorKind::Usage);
-    EXPECT_EQ(uploader.Flush(), 0u) << "a refused upload records nothing";
+    EXPECT_FALSE(uploader.Flush()) << "a refused upload records nothing";
 }
 
 class UploadFormatTest : public UploadTest, public ::testing::WithParamInterface<Format> {};
@@ -740,98 +740,112 @@ struct RetireQueueTest : ::testing::Test {
 using Ids = std::vector<int>;
 
 TEST_F(RetireQueueTest, IdleDevice_DestroysAtOnce) {
-    queue.Retire(Mark(1), 0);
+    queue.Retire(Mark(1), {0});
     EXPECT_EQ(destroyed, Ids{1});
     EXPECT_EQ(queue.PendingCount(), 0u);
 }
 
 TEST_F(RetireQueueTest, SubmittedWork_IsWaitedFor) {
-    queue.CloseList(queue.OpenList(), 3);
-    queue.Retire(Mark(1), 2);
-    queue.Collect(2);
+    queue.CloseList(queue.OpenList(), {3});
+    queue.Retire(Mark(1), {2});
+    queue.Collect({2});
     EXPECT_EQ(destroyed, Ids{});
-    queue.Collect(3);
+    queue.Collect({3});
     EXPECT_EQ(destroyed, Ids{1});
 }
 
 TEST_F(RetireQueueTest, ListBeingRecorded_IsWaitedForUntilItsOwnSubmissionHasCompleted) {
     const uint64_t list = queue.OpenList();
-    queue.Retire(Mark(1), 0);
-    queue.Collect(100);
+    queue.Retire(Mark(1), {0});
+    queue.Collect({100});
     EXPECT_EQ(destroyed, Ids{}) << "the list may still mention the object";
-    queue.CloseList(list, 101);
-    queue.Collect(100);
+    queue.CloseList(list, {101});
+    queue.Collect({100});
     EXPECT_EQ(destroyed, Ids{});
-    queue.Collect(101);
+    queue.Collect({101});
     EXPECT_EQ(destroyed, Ids{1});
 }
 
 TEST_F(RetireQueueTest, ListSubmittedFirst_DoesNotStandForOneThatIsStillOpen) {
     const uint64_t early = queue.OpenList();
     const uint64_t late = queue.OpenList();
-    queue.Retire(Mark(1), 0);
-    queue.CloseList(late, 1);
-    queue.Collect(1);
+    queue.Retire(Mark(1), {0});
+    queue.CloseList(late, {1});
+    queue.Collect({1});
     EXPECT_EQ(destroyed, Ids{}) << "the first list is still being recorded";
-    queue.CloseList(early, 2);
-    queue.Collect(1);
+    queue.CloseList(early, {2});
+    queue.Collect({1});
     EXPECT_EQ(destroyed, Ids{});
-    queue.Collect(2);
+    queue.Collect({2});
     EXPECT_EQ(destroyed, Ids{1});
 }
 
 TEST_F(RetireQueueTest, ListOpenedLater_IsNotWaitedFor) {
     const uint64_t first = queue.OpenList();
-    queue.Retire(Mark(1), 0);
+    queue.Retire(Mark(1), {0});
     const uint64_t second = queue.OpenList();
-    queue.CloseList(first, 1);
-    queue.Collect(1);
+    queue.CloseList(first, {1});
+    queue.Collect({1});
     EXPECT_EQ(destroyed, Ids{1});
-    queue.CloseList(second, 2);
+    queue.CloseList(second, {2});
 }
 
 TEST_F(RetireQueueTest, DroppedList_HoldsNothingBack) {
     const uint64_t list = queue.OpenList();
-    queue.Retire(Mark(1), 0);
-    queue.CloseList(list, 0);
-    queue.Collect(0);
+    queue.Retire(Mark(1), {0});
+    queue.CloseList(list, {0});
+    queue.Collect({0});
     EXPECT_EQ(destroyed, Ids{1});
 }
 
 TEST_F(RetireQueueTest, OrderOfRetiring_IsKept) {
-    queue.CloseList(queue.OpenList(), 1);
-    queue.Retire(Mark(1), 0);
+    queue.CloseList(queue.OpenList(), {1});
+    queue.Retire(Mark(1), {0});
     const uint64_t list = queue.OpenList();
-    queue.Retire(Mark(2), 0);
-    queue.CloseList(list, 2);
-    queue.Retire(Mark(3), 0);
-    queue.Collect(2);
+    queue.Retire(Mark(2), {0});
+    queue.CloseList(list, {2});
+    queue.Retire(Mark(3), {0});
+    queue.Collect({2});
     EXPECT_EQ(destroyed, (Ids{1, 2, 3}));
 }
 
 // The timeline may have passed queued objects before anybody has collected them.
 TEST_F(RetireQueueTest, OrderOfRetiring_IsKeptWithoutACollection) {
-    queue.CloseList(queue.OpenList(), 1);
-    queue.Retire(Mark(1), 0);
-    queue.Retire(Mark(2), 1);
+    queue.CloseList(queue.OpenList(), {1});
+    queue.Retire(Mark(1), {0});
+    queue.Retire(Mark(2), {1});
     EXPECT_EQ(destroyed, Ids{});
-    queue.Collect(1);
+    queue.Collect({1});
     EXPECT_EQ(destroyed, (Ids{1, 2}));
 }
 
 TEST_F(RetireQueueTest, DestroyingMayRetireMore) {
-    queue.CloseList(queue.OpenList(), 1);
-    queue.Retire([this] { queue.Retire(Mark(1), 1); }, 0);
-    queue.Collect(1);
+    queue.CloseList(queue.OpenList(), {1});
+    queue.Retire([this] { queue.Retire(Mark(1), {1}); }, {0});
+    queue.Collect({1});
     EXPECT_EQ(destroyed, Ids{1});
 }
 
 TEST_F(RetireQueueTest, CollectAll_RunsWhatIsLeftEvenForOpenLists) {
     queue.OpenList();
-    queue.Retire(Mark(1), 0);
-    queue.Retire([this] { queue.Retire(Mark(2), 0); }, 0);
+    queue.Retire(Mark(1), {0});
+    queue.Retire([this] { queue.Retire(Mark(2), {0}); }, {0});
     queue.CollectAll();
     EXPECT_EQ(destroyed, (Ids{1, 2}));
+}
+
+// An object may be in use on any queue, and each has a timeline of its own.
+TEST_F(RetireQueueTest, WorkOfEveryQueue_IsWaitedFor) {
+    queue.CloseList(queue.OpenList(), {5, QueueKind::Main});
+    queue.CloseList(queue.OpenList(), {2, QueueKind::Transfer});
+    queue.Retire(Mark(1), {5, 0, 1});
+    queue.Collect({9, 0, 1});
+    EXPECT_EQ(destroyed, Ids{}) << "the transfer queue has not passed it";
+    queue.CloseList(queue.OpenList(), {1, QueueKind::Compute});
+    queue.Collect({4, 0, 2});
+    EXPECT_EQ(destroyed, Ids{}) << "nor has the main one now";
+    queue.Collect({5, 0, 2});
+    EXPECT_EQ(destroyed, Ids{1}) << "the list of the compute queue is younger";
 }
 
 }  // namespace

@@ -217,10 +217,10 @@ TEST_F(Threads, ObjectsComeAndGo_BesideFrames) {
                 {.name = "short-lived", .size = 256, .usage = rhi::BufferUsage::CopyDestination});
             rhi::CommandList commands = Device().BeginCommands("fill");
             commands.Fill(buffer, 7);
-            const uint64_t filled = Device().Submit(std::move(commands));
+            const rhi::Submission filled = Device().Submit(std::move(commands));
             table.Remove(table.Add(gray, sampler));
             Device().WaitFor(filled);
-            EXPECT_GE(Device().CompletedValue(), filled);
+            EXPECT_GE(Device().CompletedValue(), filled.value);
         }
     });
     std::thread uploads([&] {

@@ -20,7 +20,7 @@ TEST_F(ViewportTest, AnySize_IsLegal) {
     for (const Extent2D size : {Extent2D{1, 1}, {0, 0}, {3, 5}, {64, 1}, {0, 7}, {1, 33}, {31, 17}, {1, 1}}) {
         viewed.viewport.SetSize(size);
         if (size.IsEmpty()) {
-            EXPECT_EQ(viewed.viewport.RenderFrame(), 0u);
+            EXPECT_FALSE(viewed.viewport.RenderFrame());
             viewed.renderer.BeginFrame();
             EXPECT_FALSE(viewed.viewport.Declare().IsValid());
             viewed.renderer.Execute();
@@ -465,8 +465,8 @@ TEST_F(HostImageTest, Semaphores_OrderTheHostsWorkAroundTheFrame) {
         viewed.renderer.BeginFrame();
         target.Show(viewed.renderer, viewed.viewport.Declare(),
                     {.wait = {{semaphore, 1}}, .signal = {{semaphore, 2}}});
-        const uint64_t frame = viewed.renderer.Execute();
-        EXPECT_LT(Device().CompletedValue(), frame);
+        const rhi::Submission frame = viewed.renderer.Execute();
+        EXPECT_LT(Device().CompletedValue(), frame.value);
         const VkSemaphoreSignalInfo signal{VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, nullptr, semaphore, 1};
         ASSERT_EQ(Device().Vk().vkSignalSemaphore(Device().Handle(), &signal), VK_SUCCESS);
         Device().WaitFor(frame);

@@ -365,7 +365,7 @@ std::optional<double> SampleFrames::RaysPerSample() {
 }
 
 void SampleFrames::WaitForSamples() {
-    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back().doneAt);
+    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back().frame);
 }
 
 void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
@@ -517,7 +517,7 @@ void SampleFrames::RenderMissingUniformSamples() {
 }
 
 uint32_t SampleFrames::SamplesDone() {
-    while (!m_pending.empty() && m_renderer.Device().HasCompleted(m_pending.front().doneAt))
+    while (!m_pending.empty() && m_renderer.Device().HasCompleted(m_pending.front().frame))
         m_pending.pop_front();
     uint64_t pending = 0;
     for (const PendingSamples& samples : m_pending) pending += samples.count;

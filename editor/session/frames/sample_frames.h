@@ -184,10 +184,9 @@ class SampleFrames {
     SampleRanges m_samples;       // the ranges of m_submitted
     uint32_t m_lastRestored = 0;  // index of the last sample of the continued render
     uint32_t m_toRestore = 0;     // how many of the continued samples are still to be traced again
-    // Submitted samples may not be done until the timeline reaches this value
     struct PendingSamples {
-        uint64_t doneAt;
-        uint64_t count;  // adaptive pictures: of all pixels together
+        rhi::Submission frame;  // adds them
+        uint64_t count;         // adaptive pictures: of all pixels together
     };
     std::deque<PendingSamples> m_pending;
 

@@ -173,7 +173,7 @@ class TextureUpload::Impl {
         return m_images[index] != nullptr;
     }
 
-    bool IsBusy() const { return m_lastFrame > m_device.CompletedValue(); }
+    bool IsBusy() const { return !m_device.HasCompleted(m_lastFrame); }
 
     SceneTexture Get(uint32_t texture) const {
         return {m_images[m_imageOf[texture]], m_scene.textures[texture].sampler};
@@ -309,7 +309,7 @@ class TextureUpload::Impl {
         if (budget == 0 || (!mayWait && WouldBlock())) return false;
         std::unique_ptr<Transfer>& transfer = m_transfers[index];
         if (!transfer) {
-            if (IsMade(index) && m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
+            if (IsMade(index)) m_device.WaitFor(m_frameBefore);
             transfer = std::make_unique<Transfer>();
             transfer->texture = IsMade(index) ? CreateSource(index) : Create(index);
             transfer->rows = {.target = &transfer->texture, .levels = CopiedLevels(index)};
@@ -430,8 +430,7 @@ class TextureUpload::Impl {
     std::map<uint32_t, StoredMeans> m_means;  // by normal map
     uint64_t m_bytes = 0, m_copiedBytes = 0;
     std::optional<Renderer> m_renderer;
-    // Numbers of the frames that made textures, as rhi::Device counts them.
-    uint64_t m_lastFrame = 0, m_frameBefore = 0;
+    rhi::Submission m_lastFrame, m_frameBefore;  // of the frames that made textures
 };
 
 TextureUpload::TextureUpload(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,

@@ -192,6 +192,7 @@ rhi::Uploader& SceneStreams::FrameUploader() {
     if (!m_uploader)
         m_uploader.emplace(m_context.device,
                            rhi::UploaderDesc{.name = "stream",
+                                             .queue = rhi::QueueKind::Transfer,  // beside the last frame
                                              .stagingBytes = kPieces * m_context.desc.streamBudget,
                                              .chunkCount = kPieces,
                                              .allocatesAhead = true});

@@ -265,7 +265,7 @@ void RecordIntoOneBuffer(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     for (int frame = 0; frame < 4; ++frame) {
         renderer.BeginFrame();
         cornell.target.Show(renderer, cornell.viewport.Declare());
-        uint64_t recorded = 0;
+        rhi::Submission recorded;
         const Picture drawnOver = gpu.Read(cornell.image, kVkExtent, [&](VkCommandBuffer commands) {
             gpu.BindHeap(commands);
             recorded = renderer.Record(commands);
