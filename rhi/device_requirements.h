@@ -100,8 +100,8 @@ RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstance
 // VkDeviceCreateInfo. The strings live as long as the program.
 RAYGRAPH_API std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
-// Returns the first queue family for a queue: of the main one, with all of RequirementList::queueFlags; of the
-// others, one whose work can run beside graphics, which few devices lack. nullopt if there is none.
+// Returns the first queue family for a queue; nullopt if there is none. The main queue's has all of
+// RequirementList::queueFlags, and the work of the others' can run beside graphics.
 RAYGRAPH_API std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance, QueueKind queue = QueueKind::Main);
 // Returns the optional capabilities of `device`, whose extension and feature are both present.

@@ -74,8 +74,8 @@ CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
     return list;
 }
 
-// Moves the Vulkan objects out of the list for reuse once the submission has completed (value 0: at once, since
-// the list was not submitted), and runs the callbacks for its outcome.
+// Moves the Vulkan objects out of the list for reuse once the submission has completed (value 0: at once,
+// since the list was not submitted), and runs the callbacks for its outcome.
 void Device::Recycle(CommandList& commands, const Submission& submission) noexcept {
     if (commands.m_pool != VK_NULL_HANDLE) {
         const std::lock_guard lock(m_impl->slotMutex);

@@ -6,10 +6,10 @@
 // uploader's own lists, which are submitted whenever a chunk of staging memory is full and by Flush, so that
 // the device copies one chunk while the CPU fills the next. A chunk is reused once the timeline has passed
 // its submission; a call waits only when every chunk is in flight, for the oldest one. The device is never
-// drained. All work submitted after a Flush, to any queue, sees the data. On the main queue, uploads come after
-// all work submitted before them. On the transfer queue they run beside it, so that their targets must not be
-// in use. Waiting for the returned submission only serves to know that the data has arrived. Flush must precede
-// the submission of commands that need the data.
+// drained. All work submitted after a Flush, to any queue, sees the data. On the main queue, uploads come
+// after all work submitted before them. On the transfer queue they run beside it, so that their targets must
+// not be in use. Waiting for the returned submission only serves to know that the data has arrived. Flush
+// must precede the submission of commands that need the data.
 #pragma once
 
 #include <cstddef>
@@ -78,7 +78,7 @@ class RAYGRAPH_API Uploader {
     // Flush, an upload of up to a chunk's bytes waits for nothing else.
     bool WouldBlock() const;
 
-    // Submits the recorded copies. All uploads so far have arrived when the returned submission has completed.
+    // Submits the recorded copies. When the returned submission has completed, all uploads have arrived.
     Submission Flush();
 
     // Calls `run`, which uploads, and flushes. After an Error nothing stays recorded, because the list would

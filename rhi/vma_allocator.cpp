@@ -15,8 +15,8 @@ VmaAllocationCreateInfo AllocationInfo(const MemoryRequest& request) {
         if (request.mustBeDeviceLocal) info.requiredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
         return info;
     }
-    // Little of the device's own memory can be mapped. The allocator cannot know that a buffer is only copied,
-    // because every buffer has an address that shaders might use.
+    // Little of the device's own memory can be mapped. The allocator cannot know that a buffer is only
+    // copied, because every buffer has an address that shaders might use.
     if (request.isOnlyCopied) info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_HOST;
     info.flags |= VMA_ALLOCATION_CREATE_MAPPED_BIT |
                   (request.kind == MemoryKind::Upload ? VMA_ALLOCATION_CREATE_HOST_ACCESS_SEQUENTIAL_WRITE_BIT
