@@ -1,6 +1,7 @@
 # `cmake --install`: libraries, public headers as they lie in the source tree, the shaders' text, the program, and the package
-# files for find_package(raygraph) and pkg-config. As components: raygraph_core (all that is no library),
-# raygraph_static, raygraph_shared, raygraph_program.
+# files for find_package(raygraph) and pkg-config. As components: raygraph_core (what hosts need of both kinds of library),
+# raygraph_static, raygraph_shared and the raygraph_runtime that it links to, raygraph_program, raygraph_mpi, and
+# raygraph_python.
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY RAYGRAPH_LIBRARIES)
@@ -20,11 +21,23 @@ if(RAYGRAPH_PACKAGE_SHARED)
 endif()
 include(PkgConfig)
 if(TARGET raygraph_mpi)
-    install(TARGETS raygraph_mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
+    install(TARGETS raygraph_mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_mpi)
 endif()
 if(TARGET raygraph)
     # Its manual page and completion: editor/cli/CMakeLists.txt
     install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
+    install(FILES ${PROJECT_SOURCE_DIR}/scenes/cornell.gltf
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/raygraph/scenes COMPONENT raygraph_program)
+endif()
+if(TARGET raygraph AND RAYGRAPH_BUILD_EDITOR)
+    # A desktop offers the editor in its menu and for scene files, whose MIME types shared-mime-info has.
+    set(desktop ${PROJECT_SOURCE_DIR}/packaging)
+    install(FILES ${desktop}/raygraph.desktop
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/applications COMPONENT raygraph_program)
+    install(FILES ${desktop}/localhost.raygraph.raygraph.metainfo.xml
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/metainfo COMPONENT raygraph_program)
+    install(FILES ${desktop}/raygraph.svg
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT raygraph_program)
 endif()
 
 install(CODE "set(RAYGRAPH_SOURCE_DIR \"${PROJECT_SOURCE_DIR}\")

@@ -36,5 +36,5 @@ foreach(library IN LISTS libraries)
 endforeach()
 
 install(TARGETS ${sharedTargets} EXPORT raygraphSharedTargets
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT raygraph_shared NAMELINK_COMPONENT raygraph_shared)
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT raygraph_runtime NAMELINK_COMPONENT raygraph_shared)
 install(EXPORT raygraphSharedTargets NAMESPACE raygraph:: DESTINATION ${package} COMPONENT raygraph_shared)

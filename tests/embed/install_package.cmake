@@ -3,6 +3,9 @@
 file(REMOVE_RECURSE ${PREFIX})
 string(REPLACE "," ";" components "core,${KINDS}")
 list(REMOVE_ITEM components none)
+if(components MATCHES "shared")
+    list(APPEND components runtime)
+endif()
 foreach(component IN LISTS components)
     execute_process(COMMAND_ERROR_IS_FATAL ANY
         COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} --component raygraph_${component})
