@@ -84,15 +84,6 @@ py::dict Compare(const py::tuple& reference, const py::tuple& picture, float exp
                   b.size);
 }
 
-// Returns the settings of a picture of this scene.
-PictureSettings SettingsFor(const Scene& scene, const SettingTexts& texts) {
-    PictureSettings settings = SettingsFrom(texts);
-    settings.scene = scene.input.scene;
-    settings.variant = scene.input.variant;
-    settings.pointsAndLines = scene.input.pointsAndLines;
-    return settings;
-}
-
 py::dict VerifyPicture(Scene& scene, const py::tuple& given, const SettingTexts& texts, double tolerance,
                        uint32_t maxSamples, const std::filesystem::path& cache, const DevicePtr& chosen) {
     const session::Picture picture = PictureFrom(given);

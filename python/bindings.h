@@ -15,12 +15,14 @@
 
 #include "base/error.h"
 #include "base/log.h"
-#include "editor/session/settings/scene_input.h"
+#include "editor/session/binding/edited_scene.h"
 #include "rhi/device.h"
 
 namespace raygraph::python {
 
 namespace py = pybind11;
+
+using Scene = session::EditedScene;  // renders take copies
 
 // Messages of the library wait here until a call into the module returns or a render asks Python whether to
 // go on, and then go to Python's `logging` as those of the logger "raygraph". So none of the library's
@@ -41,22 +43,6 @@ auto WithoutGil(Run&& run) {
 // A device, or none: the default one, which the first call that needs it opens.
 using DevicePtr = std::shared_ptr<rhi::Device>;
 DevicePtr DeviceOrDefault(const DevicePtr& device);
-
-// A scene that may be edited. Renders take copies.
-struct Scene {
-    session::SceneInput input;  // with its animations, in the rest pose
-    // Set by edits: hash, statistics and world transforms are of an earlier state.
-    bool isEdited = false;
-
-    scene::SceneData& Edit() {
-        isEdited = true;
-        return input.data;
-    }
-    // Computes what follows from edits. Throws as scene::Check does.
-    void Update();
-    // Returns what a picture at a time of the animations takes, or without one of the rest pose.
-    session::SceneInput InputFor(bool isAnimated) const;
-};
 
 // Returns an array of numpy over memory that `owner` keeps, without a copy. Strides are in values.
 template <typename T, typename Owner>

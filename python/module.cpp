@@ -1,4 +1,5 @@
 // The Python module raygraph._core: errors, messages and devices. The package around it is raygraph/.
+#include <algorithm>
 #include <cstdlib>
 #include <mutex>
 
@@ -56,8 +57,10 @@ void RaiseError(const Error& error, std::string text) {
 // The name of a setting as Python's keyword: "max_depth: ..." for "max-depth: ...".
 std::string WithKeyword(std::string text) {
     const size_t end = std::min(text.find(':'), text.size());
-    for (size_t i = 0; i < end; ++i)
-        if (text[i] == '-') text[i] = '_';
+    const std::string name = text.substr(0, end);
+    if (name == "aov") return "aovs" + text.substr(end);
+    if (name == "time") return "seconds" + text.substr(end);
+    std::replace(text.begin(), text.begin() + static_cast<ptrdiff_t>(end), '-', '_');
     return text;
 }
 

@@ -8,18 +8,9 @@
 #include <exception>
 #include <optional>
 
-#include "base/files.h"
-#include "base/text.h"
-#include "editor/session/denoise.h"
+#include "editor/session/binding/finished_picture.h"
 #include "editor/session/file/merge.h"
-#include "editor/session/file/render_file.h"
-#include "editor/session/file/resume.h"
-#include "editor/session/session.h"
-#include "editor/session/settings/light_settings.h"
-#include "passes/pixel_list.h"
-#include "passes/views.h"
 #include "python/bindings.h"
-#include "renderer/graph/readback_values.h"
 #include "renderer/image/exr.h"
 
 namespace raygraph::python {
@@ -28,19 +19,7 @@ namespace {
 
 using namespace session;
 
-// Holds how a picture is shown with eight bits.
-struct Display {
-    float exposureEv = 0.0f;
-    std::string tonemap;
-    py::object whitePoint;  // None, "auto" or kelvin
-};
-
-struct Picture {
-    RenderFile render;
-    std::optional<image::Image8> display;  // none: of a file or a merged picture
-    double seconds = 0.0;                  // of sampling
-    bool wasStopped = false;
-};
+using Picture = FinishedPicture;
 using PicturePtr = std::shared_ptr<Picture>;
 
 // Asks Python during a run whether a signal has come, as Ctrl-C, and what the progress function says. An
@@ -95,88 +74,9 @@ class Listener {
     std::exception_ptr m_raised;
 };
 
-template <typename Choice>
-Choice ChoiceOf(const std::string& what, const std::string& text) {
-    constexpr auto kTexts = Texts(Choice{});
-    std::string all;
-    for (size_t i = 0; i < kTexts.size(); ++i) {
-        if (text == kTexts[i]) return static_cast<Choice>(i);
-        all += (all.empty() ? "" : ", ") + std::string(kTexts[i]);
-    }
-    throw MakeError(ErrorKind::Usage, "{}: {} is none of {}", what, Quoted(text), all);
-}
-
-// Returns how `raygraph render` shows such a picture.
-passes::TonemapSettings TonemapOf(const Display& display, const SceneInput* input,
-                                  const PictureSettings& settings) {
-    passes::TonemapSettings tonemap{.exposureEv = display.exposureEv};
-    if (!display.tonemap.empty())
-        tonemap.tonemapOperator = display.tonemap == "raw"
-                                      ? TonemapOperator::Linear
-                                      : ChoiceOf<TonemapOperator>("tonemap", display.tonemap);
-    if (display.whitePoint.is_none()) return tonemap;
-    if (!py::isinstance<py::str>(display.whitePoint)) {
-        tonemap.whiteBalance = passes::WhiteBalance(passes::WhitePointAt(display.whitePoint.cast<double>()));
-        return tonemap;
-    }
-    if (display.whitePoint.cast<std::string>() != "auto" || input == nullptr)
-        throw Error(ErrorKind::Usage, "white_point: it is \"auto\", for a scene, or a number of kelvin");
-    const std::optional<glm::dvec3> light = LightColor(*input, settings);
-    if (!light)
-        throw MakeError(ErrorKind::BadInput, "white_point: {} has no light to take the color of",
-                        input->file);
-    tonemap.whiteBalance = passes::WhiteBalance(passes::ChromaticityOf(*light));
-    return tonemap;
-}
-
-// Holds what is asked for beside the settings of the picture.
-struct Request {
-    std::vector<std::string> aovs;
-    std::optional<uint32_t> samples;
-    std::optional<double> seconds, error;
-    uint32_t firstSample = 0;
-    std::string denoiser;  // "": not denoised
-};
-
-// Returns the settings of a picture of this scene.
-PictureSettings SettingsFor(const Scene& scene, const SettingTexts& texts) {
-    PictureSettings settings = SettingsFrom(texts);
-    settings.scene = scene.input.scene;
-    settings.variant = scene.input.variant;
-    settings.pointsAndLines = scene.input.pointsAndLines;
-    return settings;
-}
-
-PicturePtr Render(Scene& scene, const SettingTexts& texts, const Request& request, const Display& display,
-                  py::object progress, const std::vector<DevicePtr>& devices) {
-    SettingTexts given = texts;
-    const bool showsOnlyShadow = HideBehindGround(given);
-    SessionDesc desc{.settings = SettingsFor(scene, given), .firstSample = request.firstSample};
-    if (showsOnlyShadow) desc.backdrop = passes::BackdropSettings{};
-    for (const std::string& name : request.aovs) {
-        const Aov aov = ChoiceOf<Aov>("aovs", name);
-        if (!CanHave(aov, desc.settings))
-            throw MakeError(ErrorKind::Usage, "aovs: a picture with these settings has no {}", name);
-        desc.aovs.Set(aov);
-    }
-    const auto requirePositive = [](const char* what, const auto& value) {
-        if (value && !(*value > 0)) throw MakeError(ErrorKind::Usage, "{}: {} is not above 0", what, *value);
-    };
-    requirePositive("spp", request.samples);
-    requirePositive("seconds", request.seconds);
-    requirePositive("error", request.error);
-    desc.isDenoised = !request.denoiser.empty();
-    if (desc.isDenoised) {
-        if (const std::string why = NotDenoisedReason(desc.settings); !why.empty())
-            throw Error(ErrorKind::Usage, "denoise: " + why);
-        desc.denoiser = ChoiceOf<passes::Denoiser>("denoise", request.denoiser);
-    }
-    scene.Update();
-    SceneInput input = scene.InputFor(desc.settings.at.has_value());
-    desc.settings.light = ChooseLight(input, desc.settings);
-    desc.tonemap = TonemapOf(display, &input, desc.settings);
-    StopRule rule{.samples = request.samples, .seconds = request.seconds, .relativeError = request.error};
-    if (!passes::IsAverageable(desc.settings.view)) rule = {.samples = 1};
+PicturePtr RenderScene(Scene& scene, const SettingTexts& texts, const PictureRequest& request,
+                       py::object progress, const std::vector<DevicePtr>& devices) {
+    PlannedPicture planned = PlanPicture(scene, texts, request);
     std::vector<DevicePtr> used = devices;
     if (used.empty()) used.push_back(DeviceOrDefault(nullptr));
     std::vector<rhi::Device*> pointers;
@@ -184,19 +84,10 @@ PicturePtr Render(Scene& scene, const SettingTexts& texts, const Request& reques
         if (!device) throw Error(ErrorKind::Usage, "device: one of the list is None");
         pointers.push_back(device.get());
     }
-
     Listener listener(std::move(progress));
-    rule.isStopRequested = [&] { return listener.IsStopRequested(); };
-    const PicturePtr picture = WithoutGil([&]() -> PicturePtr {
-        Session session(pointers, std::move(input), desc);
-        const RunSummary run = session.Run(rule, listener.Progress());
-        if (listener.HasRaised()) return nullptr;
-        auto made = std::make_shared<Picture>();
-        made->render = session.Result().render;
-        made->display = session.Display();
-        made->seconds = run.seconds;
-        made->wasStopped = run.wasStopped;
-        return made;
+    const PicturePtr picture = WithoutGil([&] {
+        return std::make_shared<Picture>(Render(
+            pointers, std::move(planned), [&] { return listener.IsStopRequested(); }, listener.Progress()));
     });
     listener.Raise();
     return picture;
@@ -209,34 +100,17 @@ py::dict ArraysOf(const PicturePtr& picture) {
     const auto height = static_cast<py::ssize_t>(render.size.height);
     const auto width = static_cast<py::ssize_t>(render.size.width);
     py::dict arrays;
-    const auto add = [&](const std::string& name, const auto& values, py::ssize_t channels,
-                         py::ssize_t stride) {
-        if (values.empty()) return;
+    for (const PictureChannel& channel : ChannelsOf(render)) {
+        const py::ssize_t stride = channel.stride;
         std::vector<py::ssize_t> shape{height, width}, strides{width * stride, stride};
-        if (channels > 1) {
-            shape.push_back(channels);
+        if (channel.channels > 1) {
+            shape.push_back(channel.channels);
             strides.push_back(1);
         }
-        arrays[py::str(name)] = ViewOf(picture, values.data(), shape, strides);
-    };
-    add("color", render.radiance, 4, 4);
-    add("denoised", render.denoised, 4, 4);
-    add("variance", render.variance, 3, 4);
-    for (const Aov aov : kAovs)
-        if (const Texels* mean = MeanOf(render, aov)) add(Name(aov), *mean, 3, 4);
-    for (const Bias bias : kBiases)
-        add(std::string(Name(AovOf(bias))) + ".variance", render.removedVariance[static_cast<size_t>(bias)],
-            3, 4);
-    add("depth", render.depth, 1, 1);
-    add("instance", render.instance, 1, 1);
-    add("material", render.material, 1, 1);
-    add("motion", render.motion, 2, 2);
-    add("denoising.albedo", render.denoising.albedo, 3, 4);
-    add("denoising.normal", render.denoising.normal, 3, 4);
-    const std::vector<std::string> groups = LightGroupNames(SettingsFrom(render.settings).lightGroups);
-    for (size_t i = 0; i < render.lightGroups.size(); ++i)
-        add("light." + groups.at(i), render.lightGroups[i], 3, 4);
-    if (render.adaptive) add("samples", render.adaptive->counts, 1, 1);
+        arrays[py::str(channel.name)] =
+            channel.isInteger ? ViewOf(picture, static_cast<const uint32_t*>(channel.data), shape, strides)
+                              : ViewOf(picture, static_cast<const float*>(channel.data), shape, strides);
+    }
     return arrays;
 }
 
@@ -245,47 +119,20 @@ py::dict ArraysOf(const PicturePtr& picture) {
 const image::Image8& Shown(Picture& picture) {
     if (picture.display) return *picture.display;
     const DevicePtr device = DeviceOrDefault(nullptr);
-    image::Image8 made = WithoutGil([&] {
-        const RenderFile& render = picture.render;
-        const PictureSettings settings = SettingsFrom(render.settings);
-        Renderer renderer(*device);
-        renderer.BeginFrame();
-        const TextureId radiance = passes::UploadTexels(
-            renderer, std::as_bytes(std::span(render.denoised.empty() ? render.radiance : render.denoised)),
-            renderer.CreateTexture("picture", {render.size, Format::Rgba32Float}));
-        const Readback shown = renderer.ReadBack(
-            passes::ShowsLight(settings.view) ? passes::Tonemap(renderer, radiance, WithAlphaOf({}, settings))
-                                              : passes::PaintView(renderer, radiance, settings.view));
-        renderer.Execute();
-        return image::Image8{render.size.width, render.size.height, WaitForValues<uint8_t>(shown)};
-    });
+    image::Image8 made = WithoutGil([&] { return ShowRender(*device, picture.render); });
     if (!picture.display) picture.display = std::move(made);  // another thread may have been first
     return *picture.display;
 }
 
 void Save(Picture& picture, const std::filesystem::path& path) {
-    const std::string extension = LowerExtension(path);
-    if (extension == ".exr") {
-        WithoutGil([&] {
-            const image::ExrThreads threads;
-            WriteRenderFile(path, picture.render, LogToPython());
-            return 0;
-        });
-    } else if (extension == ".hdr") {
-        WithoutGil([&] {
-            const RenderFile& render = picture.render;
-            image::WriteHdr(path, {render.size.width, render.size.height, render.radiance});
-            return 0;
-        });
-    } else if (extension == ".png" || extension == ".jpg" || extension == ".jpeg") {
-        const image::Image8& shown = Shown(picture);
-        WithoutGil([&] {
-            extension == ".png" ? image::WritePng(path, shown) : image::WriteJpeg(path, shown);
-            return 0;
-        });
-    } else {
-        throw MakeError(ErrorKind::Usage, "{}: a picture is a .png, .jpg, .exr or .hdr", path);
-    }
+    WithoutGil([&] {
+        const auto shown = [&]() -> const image::Image8& {
+            const py::gil_scoped_acquire acquired;
+            return Shown(picture);
+        };
+        SavePicture(path, picture.render, shown, LogToPython());
+        return 0;
+    });
 }
 
 PicturePtr Read(const std::filesystem::path& path) {
@@ -343,26 +190,19 @@ void BindPictures(py::module_& module) {
         .def_property_readonly("settings", [](const Picture& picture) { return picture.render.settings; })
         .def_property_readonly("device", [](const Picture& picture) { return picture.render.device; })
         .def_property_readonly("scene", [](const Picture& picture) { return picture.render.sceneFile; })
-        .def_property_readonly(
-            "relative_error",
-            [](const Picture& picture) {
-                const RenderFile& render = picture.render;
-                return render.adaptive
-                           ? Measure(render.radiance, render.variance, render.adaptive->counts).relativeError
-                           : Measure(render.radiance, render.variance,
-                                     static_cast<uint32_t>(SampleCount(render.samples)))
-                                 .relativeError;
-            })
+        .def_property_readonly("relative_error",
+                               [](const Picture& picture) { return RelativeErrorOf(picture.render); })
         .def_readonly("seconds", &Picture::seconds)
         .def_readonly("was_stopped", &Picture::wasStopped);
     module.def("render", [](Scene& scene, const SettingTexts& texts, std::vector<std::string> aovs,
                             std::optional<uint32_t> samples, std::optional<double> seconds,
                             std::optional<double> error, uint32_t firstSample, std::string denoiser,
-                            float exposure, std::string tonemap, py::object whitePoint, py::object progress,
+                            float exposure, std::string tonemap, std::string whitePoint, py::object progress,
                             const std::vector<DevicePtr>& devices) {
-        return Render(scene, texts,
-                      {std::move(aovs), samples, seconds, error, firstSample, std::move(denoiser)},
-                      {exposure, std::move(tonemap), std::move(whitePoint)}, std::move(progress), devices);
+        return RenderScene(scene, texts,
+                           {std::move(aovs), samples, seconds, error, firstSample, std::move(denoiser),
+                            exposure, std::move(tonemap), std::move(whitePoint)},
+                           std::move(progress), devices);
     });
     module.def("read", &Read);
     module.def("merge", &MergeAll);

@@ -10,33 +10,14 @@
 
 #include "base/printable.h"
 #include "base/text.h"
-#include "editor/session/file/content_hash.h"
-#include "editor/session/settings/as_input.h"
 #include "python/bindings.h"
 #include "renderer/scene/geometry/round_primitives.h"
-#include "renderer/scene/gltf/still_scene.h"
 #include "renderer/scene/model/check.h"
 #include "renderer/scene/model/scene_fields.h"
 
 namespace raygraph::python {
 
 using namespace session;
-
-void Scene::Update() {
-    if (!isEdited) return;
-    scene::UpdateWorldTransforms(input.data);
-    scene::Check(input.data);
-    input.statistics = scene::Statistics(input.data);
-    input.hash = HashOf(input.data);
-    isEdited = false;
-}
-
-SceneInput Scene::InputFor(bool isAnimated) const {
-    SceneInput copy = input;
-    copy.isAnimated = isAnimated;
-    if (!isAnimated) AsInput([&] { scene::FreezePose(copy.data, {}); });
-    return copy;
-}
 
 namespace {
 
@@ -101,24 +82,20 @@ std::vector<glm::vec<N, float>> RowsOf(const char* name, const Floats& array) {
 scene::PlacedTransform TransformOf(const Doubles& array) {
     if (array.ndim() != 2 || (array.shape(0) != 4 && array.shape(0) != 3) || array.shape(1) != 4)
         throw MakeError(ErrorKind::Usage, "matrix: the shape is {}, not (4, 4)", ShapeText(array));
-    scene::PlacedTransform placed;
-    for (int row = 0; row < 3; ++row) {
+    std::array<double, 16> matrix{};
+    matrix[15] = 1.0;
+    for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 4; ++column)
-            placed.matrix[column][row] = static_cast<float>(array.at(row, column));
-        placed.rest[row] = static_cast<float>(array.at(row, 3) - double{placed.matrix[3][row]});
-    }
-    if (!scene::IsFinite(placed.matrix)) throw Error(ErrorKind::Usage, "matrix: it is not finite");
-    return placed;
+            matrix[static_cast<size_t>(4 * column + row)] = array.at(row, column);
+    return session::TransformOf(matrix);
 }
 
 py::array ArrayOf(const scene::PlacedTransform& placed) {
+    const std::array<double, 16> matrix = MatrixOf(placed);
     Doubles array({4, 4});
-    const glm::dvec3 place = placed.Place();
     for (int row = 0; row < 4; ++row)
         for (int column = 0; column < 4; ++column)
-            array.mutable_at(row, column) = row == 3      ? (column == 3 ? 1.0 : 0.0)
-                                            : column == 3 ? place[row]
-                                                          : double{placed.matrix[column][row]};
+            array.mutable_at(row, column) = matrix[static_cast<size_t>(4 * column + row)];
     return array;
 }
 
@@ -291,24 +268,10 @@ void BindNodes(py::module_& module) {
         });
 }
 
-// Returns whether a single field of the materials has this texture, and no other texture has its image.
-bool HasOneUser(const scene::SceneData& data, int32_t texture) {
-    size_t fields = 0;
-    for (const scene::Material& material : data.materials)
-        scene::ForEachMaterialField([&](const auto& field) {
-            if constexpr (std::is_same_v<std::decay_t<decltype(field)>, scene::TextureField>)
-                fields += (material.*field.member).texture == texture ? 1 : 0;
-        });
-    const uint32_t image = data.textures[static_cast<size_t>(texture)].image;
-    return fields == 1 && std::ranges::count(data.textures, image, &scene::Texture::image) == 1;
-}
-
-// Makes an array of texels the texture that a field of a material names. It takes the place of the texture
-// before it, if that has no other user.
-void SetTexture(const MaterialView& view, const scene::TextureField& field, const py::object& value) {
-    scene::TextureRef& reference = view.Edit().*field.member;
+// Makes an array of texels the texture that a field of a material names.
+void SetTexels(const MaterialView& view, const scene::TextureField& field, const py::object& value) {
     if (value.is_none()) {
-        reference = {};
+        SetTexture(*view.scene, view.index, field, {});
         return;
     }
     const Bytes texels = Bytes::ensure(value);
@@ -316,7 +279,6 @@ void SetTexture(const MaterialView& view, const scene::TextureField& field, cons
         texels.shape(2) < 3 || texels.shape(2) > 4 || texels.shape(0) < 1 || texels.shape(1) < 1)
         throw MakeError(ErrorKind::Usage, "{}: it is uint8 of (height, width, 3 or 4)",
                         AttributeName(field.name));
-    scene::SceneData& data = view.scene->Edit();
     scene::ImageData image{.name = view.Get().name + "." + AttributeName(field.name),
                            .width = static_cast<uint32_t>(texels.shape(1)),
                            .height = static_cast<uint32_t>(texels.shape(0))};
@@ -326,14 +288,7 @@ void SetTexture(const MaterialView& view, const scene::TextureField& field, cons
     for (size_t i = 0; i < count; ++i)
         std::copy_n(texels.data() + i * channels, channels,
                     image.rgba.begin() + static_cast<ptrdiff_t>(4 * i));
-    if (!reference.IsPresent() || !HasOneUser(data, reference.texture)) {
-        data.textures.push_back({.image = static_cast<uint32_t>(data.images.size())});
-        data.images.emplace_back();
-        reference.texture = static_cast<int32_t>(data.textures.size() - 1);
-    }
-    scene::Texture& texture = data.textures[static_cast<size_t>(reference.texture)];
-    texture = {.name = image.name, .image = texture.image, .colorSpace = field.colorSpace};
-    data.images[texture.image] = std::move(image);
+    SetTexture(*view.scene, view.index, field, std::move(image));
 }
 
 py::object TexelsOf(const MaterialView& view, const scene::TextureRef& reference) {
@@ -359,7 +314,7 @@ void BindMaterials(py::module_& module) {
                 name.c_str(),
                 [member](const MaterialView& view) { return TexelsOf(view, view.Get().*member); },
                 [texture](const MaterialView& view, const py::object& value) {
-                    SetTexture(view, texture, value);
+                    SetTexels(view, texture, value);
                 });
         } else {
             material.def_property(
@@ -398,29 +353,15 @@ void BindLights(py::module_& module) {
         scene::light_fields::kAll);
 }
 
-// Sets a field unless scene::Check would refuse the camera with it.
-void SetCameraField(const CameraView& view, float scene::Camera::*member, float value) {
-    scene::Camera edited = view.Get();
-    edited.*member = value;
-    const auto check = [&](const auto& field) {
-        const float number = edited.*field.member;
-        if (!(number >= field.range.min && number <= field.range.max) &&
-            !(number == 0.0f && field.range.mayBeZero))
-            throw MakeError(ErrorKind::Usage, "cameras[{}]: {} is {}, must be {} to {}", view.index,
-                            AttributeName(field.name), number, field.range.min, field.range.max);
-    };
-    scene::ForEachCameraField(edited.projection, check);
-    view.Edit() = std::move(edited);
-}
-
 void BindCameras(py::module_& module) {
-    const auto number = [](float scene::Camera::*member) {
-        return std::pair(
-            [member](const CameraView& view) { return view.Get().*member; },
-            [member](const CameraView& view, float value) { SetCameraField(view, member, value); });
+    const auto number = [](const char* name, float scene::Camera::*member) {
+        return std::pair([member](const CameraView& view) { return view.Get().*member; },
+                         [name, member](const CameraView& view, float value) {
+                             SetCameraField(*view.scene, view.index, member, value, name);
+                         });
     };
-    const auto yFov = number(&scene::Camera::yFov), xMag = number(&scene::Camera::xMag),
-               yMag = number(&scene::Camera::yMag);
+    const auto yFov = number("y_fov", &scene::Camera::yFov), xMag = number("x_mag", &scene::Camera::xMag),
+               yMag = number("y_mag", &scene::Camera::yMag);
     BindView<CameraView>(
         module, "Camera",
         "A camera, along -z of its node: perspective with the vertical angle y_fov in radians, or "
@@ -436,8 +377,8 @@ void BindCameras(py::module_& module) {
 
 // --- Scenes made of arrays ---
 
-NodeView AddNode(const ScenePtr& scene, std::string name, const std::optional<NodeView>& parent,
-                 const std::optional<Doubles>& matrix) {
+NodeView MakeNode(const ScenePtr& scene, std::string name, const std::optional<NodeView>& parent,
+                  const std::optional<Doubles>& matrix) {
     if (parent && parent->scene != scene) throw Error(ErrorKind::Usage, "parent: it is of another scene");
     scene::Node node{.name = std::move(name)};
     if (matrix) {
@@ -446,17 +387,11 @@ NodeView AddNode(const ScenePtr& scene, std::string name, const std::optional<No
         node.translationResidual = placed.rest;
     }
     if (parent) node.parent = parent->index;
-    scene::SceneData& data = scene->Edit();
-    const auto index = static_cast<uint32_t>(data.nodes.size());
-    data.nodes.push_back(std::move(node));
-    data.nodeOrder.push_back(index);
-    return {scene, index};
+    return {scene, AddNode(*scene, std::move(node))};
 }
 
-MaterialView AddMaterial(const ScenePtr& scene, std::string name) {
-    std::vector<scene::Material>& materials = scene->Edit().materials;
-    materials.push_back({.name = std::move(name)});
-    return {scene, static_cast<uint32_t>(materials.size() - 1)};
+MaterialView MakeMaterial(const ScenePtr& scene, std::string name) {
+    return {scene, AddMaterial(*scene, std::move(name))};
 }
 
 std::vector<uint32_t> IndicesOf(const py::object& value, size_t vertexCount) {
@@ -478,33 +413,7 @@ std::vector<uint32_t> IndicesOf(const py::object& value, size_t vertexCount) {
             indices.push_back(static_cast<uint32_t>(index));
         }
     }
-    if (indices.size() % 3 != 0)
-        throw MakeError(ErrorKind::Usage, "indices: {} are no triangles", indices.size());
     return indices;
-}
-
-// Gives each triangle its own vertices and normal, as the importer does to meshes without normals.
-void MakeFlat(scene::Primitive& primitive) {
-    const auto split = [&](auto& stream) {
-        if (stream.empty()) return;
-        auto own = stream;
-        own.clear();
-        for (const uint32_t index : primitive.indices) own.push_back(stream[index]);
-        stream = std::move(own);
-    };
-    split(primitive.positions);
-    split(primitive.uv0);
-    split(primitive.colors);
-    for (size_t i = 0; i < primitive.indices.size(); ++i) primitive.indices[i] = static_cast<uint32_t>(i);
-    for (size_t i = 0; i + 2 < primitive.positions.size(); i += 3) {
-        const glm::dvec3 a(primitive.positions[i]), b(primitive.positions[i + 1]),
-            c(primitive.positions[i + 2]);
-        const glm::dvec3 normal = glm::cross(b - a, c - a);
-        const double length = glm::length(normal);
-        primitive.normals.insert(primitive.normals.end(), 3,
-                                 length > 0.0 ? glm::vec3(normal / length) : glm::vec3(0.0f, 0.0f, 1.0f));
-    }
-    primitive.hasFlatNormals = true;
 }
 
 NodeView Place(const ScenePtr& scene, scene::Primitive primitive, std::optional<MaterialView> material,
@@ -512,55 +421,32 @@ NodeView Place(const ScenePtr& scene, scene::Primitive primitive, std::optional<
                const std::optional<Doubles>& matrix) {
     if (material && material->scene != scene)
         throw Error(ErrorKind::Usage, "material: it is of another scene");
-    const NodeView node = AddNode(scene, name, parent, matrix);
-    if (!material) material = AddMaterial(scene, name);
-    scene::SceneData& data = scene->Edit();
+    const NodeView node = MakeNode(scene, name, parent, matrix);
+    if (!material) material = MakeMaterial(scene, name);
     primitive.material = material->index;
-    data.meshes.push_back({.name = name, .primitives = {}});
-    data.meshes.back().primitives.push_back(std::move(primitive));
-    const auto mesh = static_cast<uint32_t>(data.meshes.size() - 1);
-    data.nodes[node.index].mesh = mesh;
-    data.instances.push_back({.mesh = mesh, .node = node.index});
+    AddInstance(*scene, node.index, AddMesh(*scene, std::move(primitive), name));
     return node;
 }
 
-NodeView AddMesh(const ScenePtr& scene, const Floats& positions, const py::object& indices,
-                 const std::optional<Floats>& normals, const std::optional<Floats>& uvs,
-                 const std::optional<Floats>& colors, const std::optional<Floats>& tangents,
-                 const std::optional<MaterialView>& material, const std::string& name,
-                 const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
+NodeView AddTriangles(const ScenePtr& scene, const Floats& positions, const py::object& indices,
+                      const std::optional<Floats>& normals, const std::optional<Floats>& uvs,
+                      const std::optional<Floats>& colors, const std::optional<Floats>& tangents,
+                      const std::optional<MaterialView>& material, const std::string& name,
+                      const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
     scene::Primitive primitive;
     primitive.positions = RowsOf<3>("positions", positions);
-    const size_t count = primitive.positions.size();
-    const auto stream = [&](const char* what, size_t rows) {
-        if (rows != count)
-            throw MakeError(ErrorKind::Usage, "{}: there are {}, and {} positions", what, rows, count);
-    };
-    primitive.indices = IndicesOf(indices, count);
-    if (primitive.indices.empty()) throw Error(ErrorKind::Usage, "positions: there is no triangle");
-    if (uvs) stream("uvs", (primitive.uv0 = RowsOf<2>("uvs", *uvs)).size());
+    primitive.indices = IndicesOf(indices, primitive.positions.size());
+    if (uvs) primitive.uv0 = RowsOf<2>("uvs", *uvs);
     if (colors) {
         if (colors->ndim() == 2 && colors->shape(1) == 3)
             for (const glm::vec3& color : RowsOf<3>("colors", *colors))
                 primitive.colors.push_back({color, 1.0f});
         else
             primitive.colors = RowsOf<4>("colors", *colors);
-        stream("colors", primitive.colors.size());
     }
-    if (normals) {
-        stream("normals", (primitive.normals = RowsOf<3>("normals", *normals)).size());
-        for (glm::vec3& normal : primitive.normals) {
-            const float length = glm::length(normal);
-            if (!(length > 0.0f) || !std::isfinite(length))
-                throw Error(ErrorKind::Usage, "normals: one has no direction");
-            normal /= length;
-        }
-        if (tangents) stream("tangents", (primitive.tangents = RowsOf<4>("tangents", *tangents)).size());
-    } else {
-        if (tangents) throw Error(ErrorKind::Usage, "tangents: they need normals");
-        MakeFlat(primitive);
-    }
-    primitive.bounds = scene::BoundsOf(primitive.positions);
+    if (normals) primitive.normals = RowsOf<3>("normals", *normals);
+    if (tangents) primitive.tangents = RowsOf<4>("tangents", *tangents);
+    CompleteTriangles(primitive);
     return Place(scene, std::move(primitive), material, name, parent, matrix);
 }
 
@@ -593,19 +479,17 @@ NodeView AddSpheres(const ScenePtr& scene, const Floats& centers, const py::obje
     return Place(scene, std::move(primitive), material, name, parent, matrix);
 }
 
-LightView AddLight(const ScenePtr& scene, const std::string& kind, std::string name,
-                   const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
+LightView MakeLight(const ScenePtr& scene, const std::string& kind, std::string name,
+                    const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
     for (const scene::LightType type : Values<scene::LightType>())
         if (kind == Name(type)) {
-            const NodeView node = AddNode(scene, name, parent, matrix);
-            std::vector<scene::Light>& lights = scene->Edit().lights;
-            lights.push_back({.name = std::move(name), .node = node.index, .type = type});
-            return {scene, static_cast<uint32_t>(lights.size() - 1)};
+            const NodeView node = MakeNode(scene, name, parent, matrix);
+            return {scene, AddLight(*scene, node.index, type, std::move(name))};
         }
     throw MakeError(ErrorKind::Usage, "kind: {} is none of directional, point, spot", Quoted(kind));
 }
 
-void SetEnvironmentMap(Scene& scene, const Floats& map, std::string name) {
+void SetMap(Scene& scene, const Floats& map, std::string name) {
     if (map.ndim() != 3 || map.shape(2) < 3 || map.shape(2) > 4)
         throw MakeError(ErrorKind::Usage, "environment: the shape is {}, not (height, width, 3)",
                         ShapeText(map));
@@ -613,15 +497,9 @@ void SetEnvironmentMap(Scene& scene, const Floats& map, std::string name) {
     const auto channels = static_cast<size_t>(map.shape(2));
     const size_t count = size_t{image.width} * image.height;
     image.rgba.assign(4 * count, 1.0f);
-    for (size_t i = 0; i < count; ++i) {
-        const float* texel = map.data() + i * channels;
-        for (size_t c = 0; c < 3; ++c) {
-            if (!(texel[c] >= 0.0f) || !std::isfinite(texel[c]))
-                throw MakeError(ErrorKind::Usage, "environment: {} is no radiance", texel[c]);
-            image.rgba[4 * i + c] = texel[c];
-        }
-    }
-    SetEnvironment(scene.input, std::move(image), std::move(name));
+    for (size_t i = 0; i < count; ++i)
+        std::copy_n(map.data() + i * channels, 3, image.rgba.begin() + static_cast<ptrdiff_t>(4 * i));
+    SetEnvironmentMap(scene, std::move(image), std::move(name));
 }
 
 }  // namespace
@@ -662,9 +540,9 @@ void BindScene(py::module_& module) {
                                [](const ScenePtr& scene) {
                                    return ViewsOf<CameraView>(scene, scene->input.data.cameras.size());
                                })
-        .def("add_node", &AddNode, py::arg("name") = "", py::kw_only(), py::arg("parent") = py::none(),
+        .def("add_node", &MakeNode, py::arg("name") = "", py::kw_only(), py::arg("parent") = py::none(),
              py::arg("matrix") = py::none(), "Adds a node that places nothing, and returns it.")
-        .def("add_mesh", &AddMesh, py::arg("positions"), py::arg("indices") = py::none(), py::kw_only(),
+        .def("add_mesh", &AddTriangles, py::arg("positions"), py::arg("indices") = py::none(), py::kw_only(),
              py::arg("normals") = py::none(), py::arg("uvs") = py::none(), py::arg("colors") = py::none(),
              py::arg("tangents") = py::none(), py::arg("material") = py::none(), py::arg("name") = "",
              py::arg("parent") = py::none(), py::arg("matrix") = py::none(),
@@ -682,21 +560,16 @@ void BindScene(py::module_& module) {
              "Adds spheres and returns the node that places them. centers: (n, 3); radii: (n,) or one "
              "number, meters; "
              "colors: (n, 3), linear.")
-        .def("_add_material", &AddMaterial)
-        .def("_add_light", &AddLight)
+        .def("_add_material", &MakeMaterial)
+        .def("_add_light", &MakeLight)
         .def("_load_environment",
              [](Scene& scene, const std::filesystem::path& path) {
-                 SceneInput loaded = WithoutGil([&] {
-                     SceneInput input;
-                     LoadEnvironment(input, path, LogToPython());
-                     return input;
+                 WithoutGil([&] {
+                     LoadEnvironmentMap(scene, path, LogToPython());
+                     return 0;
                  });
-                 scene.input.environment = std::move(loaded.environment);
-                 scene.input.environmentFile = std::move(loaded.environmentFile);
-                 scene.input.environmentHash = std::move(loaded.environmentHash);
-                 scene.input.loadMs += loaded.loadMs;
              })
-        .def("_set_environment", &SetEnvironmentMap);
+        .def("_set_environment", &SetMap);
     module.def("load", &Load);
 }
 

@@ -103,41 +103,14 @@ std::string ExplainCommandOf(const VerifiedPicture& verified, const session::Ver
     return Text("{} --pixel {},{}", verified.explain, verified.originX + pixel.x, verified.originY + pixel.y);
 }
 
-std::string CheckText(const session::VerdictCheck& check) {
-    if (check.name == "ssim")
-        return Text("ssim {:.3f}, at least {:.3f} with this noise", check.value, check.limit);
-    if (check.name == "flip")
-        return Text("flip {:.3f}, at most {:.3f} with this noise", check.value, check.limit);
-    if (check.name == "nonfinite")
-        return Text("{} NaN or infinite: {}", Counted(static_cast<uint64_t>(check.value), "pixel"),
-                    check.where);
-    return Text("{} {:.2f} %, at most {:.2f} %{}{}", check.name, 100.0 * check.value, 100.0 * check.limit,
-                check.where.empty()     ? ""
-                : check.name == "parts" ? ": worst, "
-                                        : ": ",
-                check.where);
-}
-
 std::string DescribeVerdict(const VerifiedPicture& verified) {
-    const session::Verdict& verdict = verified.result.verdict;
-    std::string text =
-        Text("{}: {} ({} of the reference{})", Printable(verified.picture.name, 1024),
-             verdict.isRight && !verified.accepted.empty()
-                 ? Text("right, with the accepted difference {}", Printable(verified.accepted, 1024))
-             : verdict.isRight     ? "right"
-             : verified.isAccepted ? "not right, accepted now"
-                                   : "NOT RIGHT",
-             Counted(verified.result.referenceSamples, "sample"),
-             verified.result.newSamples > 0 ? Text(", {} new", verified.result.newSamples) : "");
-    for (const session::VerdictCheck& check : verdict.checks)
-        if (!check.isPassed) text += "\n  " + CheckText(check);
-    if (!verified.result.diagnosis.hypotheses.empty())
-        text +=
-            "\n  possible causes, best first, with the share of the difference that each explains (shares "
-            "overlap):";
-    for (const session::Hypothesis& hypothesis : verified.result.diagnosis.hypotheses)
-        text += Text("\n  {:3.0f} %: {}", 100.0 * hypothesis.explained, hypothesis.text);
-    if (!verdict.isDecided) text += "\n  more samples of the reference could change this (--spp)";
+    const std::string found =
+        verified.result.verdict.isRight && !verified.accepted.empty()
+            ? Text("right, with the accepted difference {}", Printable(verified.accepted, 1024))
+        : verified.isAccepted ? "not right, accepted now"
+                              : "";
+    std::string text = session::Describe(verified.result, verified.picture.name, found);
+    if (!verified.result.verdict.isDecided) text += " (--spp)";
     return text;
 }
 

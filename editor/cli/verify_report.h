@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "editor/session/verify/verdict_text.h"
 #include "editor/session/verify/verify.h"
 
 namespace raygraph::cli {
@@ -38,9 +39,6 @@ std::string VerifyJson(const std::vector<VerifiedPicture>& pictures);
 std::vector<session::VerdictTile> WorstTiles(const session::Verdict& verdict);
 // Returns the command that explains a pixel of the reference, for a shell; "": none does.
 std::string ExplainCommandOf(const VerifiedPicture& verified, const session::VerdictPixel& pixel);
-// Returns "tiles 12.50 %, at most 1.00 %".
-std::string CheckText(const session::VerdictCheck& check);
-
 // Makes the pictures of a page.
 ReportPictures ShowPictures(Renderer& renderer, const session::Picture& reference,
                             const session::Picture& picture, const session::Verdict& verdict,

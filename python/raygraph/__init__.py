@@ -220,7 +220,8 @@ def render(scene, spp=None, size=None, *, aovs=(), denoise=False, seconds=None, 
     denoiser = denoise if isinstance(denoise, str) else "network" if denoise else ""
     devices_ = [] if device is None else [device] if isinstance(device, Device) else list(device)
     return Picture(_core.render(scene, _settings(size, settings), list(aovs), spp, seconds, error, sample_offset,
-                                denoiser, exposure, tonemap, white_point, progress, devices_))
+                                denoiser, exposure, tonemap, "" if white_point is None else _text(white_point),
+                                progress, devices_))
 
 
 def read(path):

@@ -63,7 +63,7 @@ def test_error_is_the_line_of_the_program(tmp_path):
 @pytest.mark.parametrize("options, text", [
     ({"max_depth": "x"}, 'max_depth: "x"'),
     ({"camera": "None such"}, "camera: "),
-    ({"aovs": ["albino"]}, 'aovs: "albino" is none of albedo'),
+    ({"aovs": ["albino"]}, 'aovs: "albino" is not one of albedo'),
     ({"aovs": ["motion"]}, "aovs: a picture with these settings has no motion"),
     ({"seconds": -1.0}, "seconds: -1 is not above 0"),
     ({"spp": 0}, "spp: 0 is not above 0"),

@@ -46,6 +46,9 @@ def test_moved_node_changes_the_picture_and_moved_back_gives_its_bits():
     assert (after != before).any()
     node.matrix = moved - [[0, 0, 0, 0.25], [0] * 4, [0] * 4, [0] * 4]
     np.testing.assert_array_equal(rg.render(loaded, **SMALL)["color"], before)
+    moved[1, 3] = 1000.0000001  # a float would lose the last digits
+    node.matrix = moved
+    assert node.matrix[1, 3] == pytest.approx(moved[1, 3], abs=1e-9, rel=0)
 
 
 def test_texture_of_an_array_is_seen_with_its_upper_left_corner_at_uv_zero():

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "editor/session/frames/sample_frames.h"
 #include "editor/session/settings/bias.h"
+#include "editor/session/settings/light_settings.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/scene/animation/deform.h"
@@ -51,13 +52,7 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     PlaceView(m_restView, m_atRest.bounds);
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
-    const bool usesScene = !hasMap && !settings.background;
-    const std::array<float, 3> radiance =
-        settings.background && !hasMap ? *settings.background : settings.environmentTint;
-    m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
-                            .rotation = glm::radians(settings.environmentRotation),
-                            .usesScene = usesScene,
-                            .defaultLight = settings.light});
+    m_scene.SetEnvironment(EnvironmentOf(settings, hasMap));
     m_scene.SetScene(std::move(input.data));
     if (settings.hasGround) m_scene.SetGround(m_atRest.bounds);
     if (m_motion)

@@ -173,6 +173,15 @@ DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& setting
     return light;
 }
 
+EnvironmentSettings EnvironmentOf(const PictureSettings& settings, bool hasMap) {
+    const std::array<float, 3> radiance =
+        settings.background && !hasMap ? *settings.background : settings.environmentTint;
+    return {.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
+            .rotation = glm::radians(settings.environmentRotation),
+            .usesScene = !hasMap && !settings.background,
+            .defaultLight = settings.light};
+}
+
 bool HideBehindGround(SettingTexts& given) {
     const auto ground = given.find("ground");
     if (ground == given.end() || ground->second != "on") return false;

@@ -11,6 +11,7 @@
 #include "editor/session/process_group.h"
 #include "editor/session/settings/picture_settings.h"
 #include "editor/session/settings/scene_input.h"
+#include "renderer/gpu_scene/gpu_scene.h"
 
 namespace raygraph::session {
 
@@ -31,6 +32,9 @@ RAYGRAPH_API std::optional<glm::dvec3> LightColor(const SceneInput& input, const
 // only the root has `resumed`, and all get its decision. Throws Error{Usage} for what scene::Check refuses.
 RAYGRAPH_API DefaultLight ChooseLight(const SceneInput& input, const PictureSettings& settings,
                                       const ResumedRender* resumed = nullptr, ProcessGroup* group = nullptr);
+
+// Returns the environment of a scene on a device, with or without a map of SceneInput::environment.
+EnvironmentSettings EnvironmentOf(const PictureSettings& settings, bool hasMap);
 
 // Hides the environment (`transparent`) if `given` turns the ground on and has no word of `transparent`.
 // Returns whether it has: a display picture then has the environment as it is for a backdrop
