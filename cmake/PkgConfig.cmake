@@ -65,7 +65,7 @@ shaderdir=\${prefix}/${CMAKE_INSTALL_DATADIR}/raygraph/shaders
 Name: ${name}
 Description: ${PROJECT_DESCRIPTION}
 Version: ${PROJECT_VERSION}
-Cflags: -I\${includedir}
+Cflags: -I\${includedir} -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}
 Libs: -L\${libdir} ${libs}
 Requires: ${requires}
 Requires.private: glm vulkan

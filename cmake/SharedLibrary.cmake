@@ -31,7 +31,12 @@ foreach(library IN LISTS libraries)
     get_target_property(name ${library} EXPORT_NAME)
     add_library(raygraph_shared_${name} INTERFACE)
     set_target_properties(raygraph_shared_${name} PROPERTIES EXPORT_NAME ${name})
-    target_link_libraries(raygraph_shared_${name} INTERFACE raygraph_shared)
+    if(name STREQUAL "c")  # for hosts without a C++ compiler: nothing of C++ but the library itself
+        target_link_libraries(raygraph_shared_c INTERFACE $<LINK_ONLY:raygraph_shared>)
+        target_include_directories(raygraph_shared_c INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    else()
+        target_link_libraries(raygraph_shared_${name} INTERFACE raygraph_shared)
+    endif()
     list(APPEND sharedTargets raygraph_shared_${name})
 endforeach()
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The code of the pages is compiled or run: it stands in a source file, line by line.
 
-Usage: check_code.py [ROOT]. Before each fence of C++, GLSL or Python in a page of Markdown a comment names the file, which the suite
+Usage: check_code.py [ROOT]. Before each fence of C, C++, GLSL, Python or Rust in a page of Markdown a comment names the file, which the suite
 builds:
 
     <!-- from: examples/1_pass/sharpen.cpp -->
@@ -17,7 +17,7 @@ import sys
 import textwrap
 from pathlib import Path
 
-BLOCK = re.compile(r"(?:<!-- from: (\S+) -->\n)?```(cpp|glsl|python)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r"(?:<!-- from: (\S+) -->\n)?```(cpp|c|glsl|python|rust)\n(.*?)```", re.DOTALL)
 
 
 def Lines(text):

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# exported_symbols.sh LIBRARY: fails and names the first symbols, if the shared library exports any but ours and weak
-# ones of the C++ library's templates; or if it does not export what every host needs.
+# exported_symbols.sh LIBRARY: fails and names the first symbols, if the shared library exports any but ours, rg_... of the
+# C interface among them, and weak ones of the C++ library's templates; or if it does not export what every host needs.
 set -euo pipefail
 
 # As they are mangled: names within raygraph, and what belongs to them; the same of std and __gnu_cxx.
 belonging='^_Z(T[ISV]|GV|Thn[0-9]+_)?Z*N?K?'
-ours="${belonging}8raygraph"
+ours="${belonging}8raygraph|^rg_[a-z_]+$"
 std="$belonging(S[tabsiod]|9__gnu_cxx)"
 
 symbols=$(nm -D --defined-only "$1")

@@ -7,7 +7,7 @@ export LC_ALL=C.UTF-8
 cd -- "${1:-$(dirname -- "${BASH_SOURCE[0]}")/../..}" || exit 2
 
 folders=()
-for folder in base rhi renderer passes shaders editor python tests scenes cmake docs .ci; do
+for folder in base rhi renderer passes shaders editor c python tests scenes cmake docs .ci; do
     [[ ! -d $folder ]] || folders+=("$folder")
 done
 mapfile -t files < <(find "${folders[@]}" -type f | sort)
@@ -54,7 +54,7 @@ Word() { printf '(^|[^[:alnum:]_])(%s)' "$1"; }
 
 # MayInclude FOLDER PREFIXES: of the project's headers, those that files under FOLDER may include.
 MayInclude() {
-    grep -E "^$1[^:]*:[0-9]+: *# *include *[<\"](base|rhi|renderer|passes|shaders|editor|python|tests)/" <<<"$code" |
+    grep -E "^$1[^:]*:[0-9]+: *# *include *[<\"](base|rhi|renderer|passes|shaders|editor|c|python|tests)/" <<<"$code" |
         grep -vE ": *# *include *\"($2)" | Report "layer: $1 includes only ${2//|/ }"
 }
 
@@ -77,21 +77,22 @@ CheckLayers() {
     MayInclude editor/session/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/session/"
     MayInclude editor/app/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
     MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
+    MayInclude c/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/|c/"
     MayInclude python/ "$lower|rhi/|renderer/|passes/|editor/session/|python/"
     MayNotInclude 'renderer/scene/(model|animation|geometry|formats)/' 'renderer/scene/gltf/'
     MayNotInclude 'renderer/gpu_scene/(geometry|instances|materials|lights|deform)/' 'renderer/gpu_scene/streaming/'
     MayNotInclude 'renderer/gpu_scene/materials/' 'renderer/gpu_scene/(instances|lights|deform)/'
     MayNotInclude 'editor/session/(frames|file|settings)/' 'editor/session/group/'
     # editor/session/cpu compiles shader text, whose includes count from shaders/
-    Find 'base/|rhi/|renderer/|passes/|editor/|python/' '# *include *"' |
-        grep -vE '"(base|rhi|renderer|passes|shaders|editor|python)/|^editor/session/cpu/[^:]*:[0-9]+:.*\.glsl"' |
+    Find 'base/|rhi/|renderer/|passes/|editor/|c/|python/' '# *include *"' |
+        grep -vE '"(base|rhi|renderer|passes|shaders|editor|c|python)/|^editor/session/cpu/[^:]*:[0-9]+:.*\.glsl"' |
         Report 'include-root: our headers are named from the root of the tree'
 }
 
 CheckTokens() {
-    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/|python/'
+    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/|c/|python/'
     local verbs='Cmd|Create|Destroy|Get|Allocate|Free|Queue|Device|Enumerate|Bind|Begin|End|Reset|Wait|Acquire|Build'
-    Find 'base/|renderer/|passes/|shaders/|editor/|python/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
+    Find 'base/|renderer/|passes/|shaders/|editor/|c/|python/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
         Report 'vk-call: Vulkan is called in rhi alone'
     Find 'base/|renderer/image/|renderer/scene/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
         Report 'no-vulkan: base, image and scene know nothing of Vulkan'
@@ -112,7 +113,7 @@ CheckTokens() {
 
 # What one system has and another has not is in base/os_posix.cpp, for a port to be one file.
 CheckSystem() {
-    local product='base/|rhi/|renderer/|passes/|shaders/|editor/|python/'
+    local product='base/|rhi/|renderer/|passes/|shaders/|editor/|c/|python/'
     local folders='sys|arpa|net|netinet|linux'
     local headers='aio|dirent|dlfcn|fcntl|fnmatch|ftw|glob|grp|langinfo|libgen|netdb|poll|pthread|pwd|regex|sched'
     headers+='|semaphore|signal|spawn|strings|syslog|termios|ucontext|unistd|utime|windows|wordexp'

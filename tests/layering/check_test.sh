@@ -13,7 +13,7 @@ MakeCleanTree() {
     rm -rf -- "${tree:?}"/*
     local folder
     for folder in base rhi renderer renderer/image renderer/scene renderer/graph renderer/gpu_scene passes shaders \
-        editor/viewport editor/session editor/app editor/cli python tests; do
+        editor/viewport editor/session editor/app editor/cli c python tests; do
         mkdir -p "$tree/$folder"
         echo "# $folder" >"$tree/$folder/README.md"
         printf '// Threads: any.\n#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
@@ -71,6 +71,8 @@ Expect layer editor/session/b.cpp '#include "editor/cli/progress.h"'
 Expect layer editor/app/b.cpp '#include "editor/cli/main.h"'
 Expect layer editor/cli/b.cpp '#include "editor/app/app.h"'
 Expect quiet editor/app/b.cpp '#include "editor/session/session.h"'
+Expect layer c/b.cpp '#include "python/bindings.h"'
+Expect quiet c/b.cpp '#include "editor/viewport/viewport.h"'
 Expect layer python/b.cpp '#include "editor/cli/progress.h"'
 Expect quiet python/b.cpp '#include "editor/session/session.h"'
 Expect quiet passes/b.cpp '#include "rhi/command_list.h"\n#include "renderer/graph/ids.h"'

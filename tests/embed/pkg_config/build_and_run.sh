@@ -21,4 +21,8 @@ if [[ $linked != "$kind" || $libraries == *libvulkan* ]]; then
     exit 1
 fi
 LD_LIBRARY_PATH=$(pkg-config --variable=libdir "$package") "$folder/check" "$scene" "$folder/missing.gltf"
+if [[ $kind == shared ]]; then  # the static libraries need a linker of C++
+    cc -std=c11 "$here/../../../examples/9_render.c" -o "$folder/render" "${flags[@]}"
+    LD_LIBRARY_PATH=$(pkg-config --variable=libdir "$package") "$folder/render" "$scene" "$folder/render.png"
+fi
 [[ -f $(pkg-config --variable=shaderdir "$package")/post/tonemap.comp ]]
