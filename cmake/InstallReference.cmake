@@ -13,6 +13,7 @@ execute_process(COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET
     COMMAND ${CMAKE_COMMAND} -E env --unset=DESTDIR ${CMAKE_COMMAND} -D CMAKE_INSTALL_PREFIX=${work}
         -D RAYGRAPH_INCLUDE_DIR=include -D RAYGRAPH_SOURCE_DIR=${RAYGRAPH_SOURCE_DIR}
         -P ${CMAKE_CURRENT_LIST_DIR}/InstallHeaders.cmake)
+file(COPY ${RAYGRAPH_SOURCE_DIR}/c/raygraph.h DESTINATION ${work}/include)
 file(COPY ${RAYGRAPH_SOURCE_DIR}/README.md ${RAYGRAPH_SOURCE_DIR}/docs DESTINATION ${work})
 # Doxygen reads comments that begin with three slashes; the first of a file is the file's own. A # before a word would be a link.
 file(WRITE ${work}/header.sed [[

@@ -107,8 +107,8 @@ std::string DescribeVerdict(const VerifiedPicture& verified) {
     const std::string found =
         verified.result.verdict.isRight && !verified.accepted.empty()
             ? Text("right, with the accepted difference {}", Printable(verified.accepted, 1024))
-        : verified.isAccepted ? "not right, accepted now"
-                              : "";
+        : verified.isAccepted && !verified.result.verdict.isRight ? "not right, accepted now"
+                                                                  : "";
     std::string text = session::Describe(verified.result, verified.picture.name, found);
     if (!verified.result.verdict.isDecided) text += " (--spp)";
     return text;

@@ -73,6 +73,7 @@ place = {
     "raygraphConfig.cmake": "libraygraph-dev",
     "raygraph.pc": "libraygraph-dev",
     "usr/include/raygraph/rhi/device.h": "libraygraph-dev",
+    "usr/include/raygraph.h": "libraygraph-dev",
     "raygraph/__init__.py": "python3-raygraph",
     "usr/share/doc/raygraph/docs/python.md": "raygraph-doc",
 }
