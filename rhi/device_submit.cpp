@@ -1,11 +1,12 @@
 // The timelines: submission of command lists, and destruction of objects when the timelines have passed their
 // last use.
 #include <algorithm>
-
 #include <array>
+#include <memory_resource>
 #include <utility>
-#include "base/text.h"
+#include <vector>
 
+#include "base/text.h"
 #include "rhi/command_list.h"
 #include "rhi/device_impl.h"
 
@@ -27,6 +28,10 @@ CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
     if (!HasQueue(queue))
         throw MakeError(ErrorKind::Usage, "command list '{}': the device has no such queue", name);
     const DeviceFunctions& vk = m_impl->vk;
+    // The text is made only for an error, since every frame comes here.
+    const auto check = [&](VkResult result, const char* call) {
+        if (result != VK_SUCCESS) Check(result, "command list '" + name + "': " + call);
+    };
     CommandSlot slot;
     {
         const std::lock_guard lock(m_impl->slotMutex);
@@ -43,21 +48,21 @@ CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
     if (slot.pool) {
         const VkResult result = vk.vkResetCommandPool(Handle(), slot.pool, 0);
         if (result != VK_SUCCESS) vk.vkDestroyCommandPool(Handle(), slot.pool, AllocationCallbacks());
-        Check(result, "command list '" + name + "': vkResetCommandPool");
+        check(result, "vkResetCommandPool");
     } else {
         VkCommandPoolCreateInfo poolInfo{};
         poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
         poolInfo.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
         poolInfo.queueFamilyIndex = QueueFamily(queue);
-        Check(vk.vkCreateCommandPool(Handle(), &poolInfo, AllocationCallbacks(), &slot.pool),
-              "command list '" + name + "': vkCreateCommandPool");
+        check(vk.vkCreateCommandPool(Handle(), &poolInfo, AllocationCallbacks(), &slot.pool),
+              "vkCreateCommandPool");
         VkCommandBufferAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
         allocate.commandPool = slot.pool;
         allocate.commandBufferCount = 1;
         const VkResult result = vk.vkAllocateCommandBuffers(Handle(), &allocate, &slot.commands);
         if (result != VK_SUCCESS) vk.vkDestroyCommandPool(Handle(), slot.pool, AllocationCallbacks());
-        Check(result, "command list '" + name + "': vkAllocateCommandBuffers");
+        check(result, "vkAllocateCommandBuffers");
     }
     CommandList list;
     list.m_device = this;
@@ -69,8 +74,7 @@ CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
     begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    Check(vk.vkBeginCommandBuffer(slot.commands, &begin),
-          "command list '" + name + "': vkBeginCommandBuffer");
+    check(vk.vkBeginCommandBuffer(slot.commands, &begin), "vkBeginCommandBuffer");
     return list;
 }
 
@@ -100,7 +104,9 @@ void Device::Recycle(CommandList& commands, const Submission& submission) noexce
 Submission Device::Impl::SubmitBatch(const Device& owner, QueueKind queue, VkCommandBuffer commands,
                                      std::span<const SemaphoreUse> waits,
                                      std::span<const SemaphoreUse> signals) {
-    std::vector<VkSemaphoreSubmitInfo> waitInfos, signalInfos;
+    std::array<std::byte, 2048> buffered;  // enough for most, so that a frame allocates nothing here
+    std::pmr::monotonic_buffer_resource infoMemory(buffered.data(), buffered.size());
+    std::pmr::vector<VkSemaphoreSubmitInfo> waitInfos(&infoMemory), signalInfos(&infoMemory);
     waitInfos.reserve(waits.size() + 1);
     for (const SemaphoreUse& use : waits) waitInfos.push_back(SubmitInfo(use));
     QueueState& state = Queue(queue);

@@ -205,6 +205,8 @@ struct MemoryRequirements {
     uint64_t size = 0;
     uint64_t alignment = 1;
     uint32_t memoryTypeBits = 0;
+
+    bool operator==(const MemoryRequirements&) const = default;
 };
 
 // Device memory that several transient textures and buffers with disjoint lifetimes share. Each is bound at

@@ -15,13 +15,13 @@ bool HasPassed(const QueueValues& completed, const QueueValues& until) {
 
 uint64_t RetireQueue::OpenList() {
     const std::lock_guard lock(m_mutex);
-    m_open.insert(++m_lastSerial);
+    m_open.push_back(++m_lastSerial);
     return m_lastSerial;
 }
 
 void RetireQueue::CloseList(uint64_t serial, const Submission& submission) {
     const std::lock_guard lock(m_mutex);
-    m_open.erase(serial);
+    std::erase(m_open, serial);
     uint64_t& last = m_lastSubmitted[IndexOf(submission.queue)];
     last = std::max(last, submission.value);
     MoveRecorded();
@@ -30,7 +30,7 @@ void RetireQueue::CloseList(uint64_t serial, const Submission& submission) {
 // Entries whose lists are all closed wait for the newest submissions, which are not older than any of those
 // lists.
 void RetireQueue::MoveRecorded() {
-    const uint64_t oldestOpen = m_open.empty() ? std::numeric_limits<uint64_t>::max() : *m_open.begin();
+    const uint64_t oldestOpen = m_open.empty() ? std::numeric_limits<uint64_t>::max() : m_open.front();
     while (!m_recorded.empty() && m_recorded.front().lastSerial < oldestOpen) {
         m_submitted.push_back({m_lastSubmitted, std::move(m_recorded.front().destroy)});
         m_recorded.pop_front();

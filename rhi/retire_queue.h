@@ -9,7 +9,6 @@
 #include <deque>
 #include <functional>
 #include <mutex>
-#include <set>
 #include <vector>
 
 #include "rhi/submission.h"
@@ -50,7 +49,7 @@ class RetireQueue {
     mutable std::mutex m_mutex;
     uint64_t m_lastSerial = 0;
     QueueValues m_lastSubmitted{};
-    std::set<uint64_t> m_open;
+    std::vector<uint64_t> m_open;       // in ascending order
     std::deque<Recorded> m_recorded;    // waiting for lists to be closed
     std::deque<Submitted> m_submitted;  // waiting for the timelines
 };

@@ -52,34 +52,35 @@ void TimestampPool::EndFrame(uint64_t submitted) {
     range.submitted = submitted;
 }
 
-std::optional<TimestampFrame> TimestampPool::Poll() {
+const TimestampFrame* TimestampPool::Poll() {
     const uint64_t completed = m_device.CompletedValue();
     // The oldest range is the one after the current one.
     for (size_t i = 1; i <= m_ranges.size(); ++i) {
         const size_t index = (m_current + i) % m_ranges.size();
         Range& range = m_ranges[index];
         if (range.state != State::Submitted) continue;
-        if (range.submitted > completed) return std::nullopt;
+        if (range.submitted > completed) return nullptr;
         range.state = State::Free;
-        TimestampFrame frame;
-        frame.submitted = range.submitted;
-        if (range.count == 0) return frame;
-        std::vector<uint64_t> ticks(range.count);
+        m_polled.submitted = range.submitted;
+        m_polled.nanoseconds.clear();
+        if (range.count == 0) return &m_polled;
+        m_ticks.resize(range.count);
         m_device.Check(
             m_device.Vk().vkGetQueryPoolResults(m_device.Handle(), m_pool, FirstQuery(index), range.count,
-                                                ticks.size() * sizeof(uint64_t), ticks.data(),
+                                                m_ticks.size() * sizeof(uint64_t), m_ticks.data(),
                                                 sizeof(uint64_t), VK_QUERY_RESULT_64_BIT),
             "vkGetQueryPoolResults");
         // The counter may have fewer than 64 bits, and wrap around between two ticks: their difference is
         // correct modulo 2^bits, read as a signed number.
         const uint32_t unused = 64 - std::min(m_device.Info().timestampValidBits, 64u);
-        for (const uint64_t tick : ticks) {
-            const auto difference = static_cast<int64_t>((tick - ticks[0]) << unused) >> unused;
-            frame.nanoseconds.push_back(static_cast<double>(difference) * m_device.Info().timestampPeriodNs);
+        for (const uint64_t tick : m_ticks) {
+            const auto difference = static_cast<int64_t>((tick - m_ticks[0]) << unused) >> unused;
+            m_polled.nanoseconds.push_back(static_cast<double>(difference) *
+                                           m_device.Info().timestampPeriodNs);
         }
-        return frame;
+        return &m_polled;
     }
-    return std::nullopt;
+    return nullptr;
 }
 
 }  // namespace raygraph::rhi

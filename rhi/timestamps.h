@@ -41,8 +41,9 @@ class RAYGRAPH_API TimestampPool {
     // submitted.
     void EndFrame(uint64_t submitted);
 
-    // Returns the oldest completed frame that has not been returned; never waits.
-    std::optional<TimestampFrame> Poll();
+    // Returns the oldest completed frame that has not been returned, valid until the next call; null if there
+    // is none. Never waits.
+    const TimestampFrame* Poll();
     uint64_t LostFrameCount() const { return m_lostCount; }
 
   private:
@@ -60,6 +61,8 @@ class RAYGRAPH_API TimestampPool {
     size_t m_current = 0;  // range of the current frame, or of the last one
     VkQueryPool m_pool = VK_NULL_HANDLE;
     uint64_t m_lostCount = 0;
+    TimestampFrame m_polled;
+    std::vector<uint64_t> m_ticks;  // of m_polled
 };
 
 }  // namespace raygraph::rhi

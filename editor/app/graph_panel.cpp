@@ -53,7 +53,7 @@ ImU32 Translucent(ImU32 color) {
 
 // Returns the time of each executed pass by its box; passes of one name are matched in their order.
 std::map<uint32_t, double> TimesOf(const FrameGraph& graph, const Plan& plan, const FrameTiming& timing) {
-    std::multimap<std::string, double> left;
+    std::multimap<std::string, double, std::less<>> left;
     for (const PassTiming& pass : timing.passes) left.emplace(pass.name, pass.gpuMs);
     std::map<uint32_t, double> times;
     for (const PlannedPass& planned : plan.passes) {
@@ -137,7 +137,7 @@ class Drawing {
         m_list.AddLine(At(from, y), At(std::max(to, from + 6.0f), y), color,
                        m_hoveredLane == &lane ? 3.0f : 1.5f);
         m_list.AddText(At(from + 10.0f, y - 15.0f), isDim || !isUsed ? kTranslucentText : kText,
-                       resource.name.c_str());
+                       resource.name.data());
         for (const GraphMark& mark : lane.marks) {
             const ImVec2 center = At(m_layout.CenterOf(mark.box), y);
             if (isBoxHovered && mark.box == m_hoveredBox)
@@ -163,7 +163,7 @@ class Drawing {
         m_list.AddRect(from, to, m_hoveredBox == index ? kWhite : Translucent(kWhite), 3.0f);
         m_list.PushClipRect(from, {to.x - 3.0f, to.y}, true);
         m_list.AddText({from.x + 6.0f, from.y + 3.0f}, box.isCulled ? kTranslucentText : kText,
-                       pass.name.c_str());
+                       pass.name.data());
         const auto time = m_times.find(box.pass);
         const std::string text = box.isCulled            ? "culled"
                                  : time == m_times.end() ? "-"
@@ -176,7 +176,7 @@ class Drawing {
     void BoxTooltip(const GraphBox& box) const {
         const GraphPass& pass = m_graph.passes[box.pass];
         ImGui::BeginTooltip();
-        ImGui::Text("%s (%s)", pass.name.c_str(), Name(pass.kind));
+        ImGui::Text("%s (%s)", pass.name.data(), Name(pass.kind));
         if (box.isCulled) ImGui::TextDisabled("culled: %s", CullReason(m_graph, m_plan, box.pass).c_str());
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = m_graph.uses[u];
@@ -193,7 +193,7 @@ class Drawing {
     void LaneTooltip(const GraphLane& lane) const {
         const GraphResource& resource = m_graph.resources[lane.resource];
         ImGui::BeginTooltip();
-        ImGui::Text("%s: %s, %s", resource.name.c_str(), ResourceText(resource).c_str(),
+        ImGui::Text("%s: %s, %s", resource.name.data(), ResourceText(resource).c_str(),
                     Name(resource.origin));
         const Lifetime& lifetime = m_plan.lifetimes[lane.resource];
         if (lifetime.block != raygraph::kNone)
@@ -206,7 +206,7 @@ class Drawing {
         const GraphPass& pass = m_graph.passes[m_layout.boxes[m_hoveredMark->box].pass];
         const char* verb =
             m_hoveredMark->isWritten ? (m_hoveredMark->isRead ? "updates" : "writes") : "reads";
-        ImGui::Text("%s %s it", pass.name.c_str(), verb);
+        ImGui::Text("%s %s it", pass.name.data(), verb);
         if (m_hoveredMark->barriers.empty()) ImGui::TextDisabled("without waiting");
         for (const uint32_t barrier : m_hoveredMark->barriers)
             ImGui::Text("waits: %s", BarrierText(m_graph, m_plan.barriers[barrier]).c_str());

@@ -22,17 +22,95 @@ constexpr AccessMasks kHostReadMasks{VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_H
 constexpr VkPipelineStageFlags2 kOwnerStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
 constexpr VkAccessFlags2 kOwnerAccess = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
 
+// --- Culling ---
+
+class Culler {
+  public:
+    Culler(const FrameGraph& graph, CullMemory& memory)
+        : m_graph(graph),
+          m_isKept(memory.isKept),
+          m_isNeeded(memory.isNeeded),
+          m_needsHistory(memory.needsHistory) {}
+
+    void Run() {
+        m_isKept.assign(m_graph.passes.size(), 0);
+        m_needsHistory.assign(m_graph.SubresourceCount(), 0);
+        while (MarkKept()) {
+        }
+    }
+
+  private:
+    bool MarkKept();
+
+    const ResourceUse* UsesBegin(const GraphPass& pass) const { return m_graph.uses.data() + pass.firstUse; }
+    const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
+    void SetNeeded(const ResourceUse& use, uint8_t isNeeded) {
+        m_graph.ForEachSubresource(use.resource, use.part,
+                                   [&](uint32_t s, auto&&) { m_isNeeded[s] = isNeeded; });
+    }
+    bool IsNeeded(const ResourceUse& use) const {
+        bool isNeeded = false;
+        m_graph.ForEachSubresource(use.resource, use.part,
+                                   [&](uint32_t s, auto&&) { isNeeded = isNeeded || m_isNeeded[s]; });
+        return isNeeded;
+    }
+
+    const FrameGraph& m_graph;
+    std::vector<uint8_t>& m_isKept;
+    std::vector<uint8_t>& m_isNeeded;
+    std::vector<uint8_t>& m_needsHistory;
+};
+
+// Goes from the last pass to the first. Returns true if it has found a persistent resource whose earlier
+// contents a kept pass needs: then its last write is needed, too, and the traversal has to be repeated.
+bool Culler::MarkKept() {
+    m_isNeeded.assign(m_graph.SubresourceCount(), 0);
+    for (const Root& root : m_graph.roots)
+        m_graph.ForEachSubresource(root.resource, [&](uint32_t s, auto&&) { m_isNeeded[s] = 1; });
+    const auto forEachPersistent = [&](auto&& visit) {
+        for (uint32_t r = 0; r < m_graph.resources.size(); ++r)
+            if (m_graph.resources[r].origin == Origin::Persistent)
+                m_graph.ForEachSubresource(
+                    r, [&](uint32_t s, auto&&) { visit(m_graph.resources[r].persistence, s); });
+    };
+    forEachPersistent([&](Persistence persistence, uint32_t s) {
+        if (persistence == Persistence::Always || m_needsHistory[s]) m_isNeeded[s] = 1;
+    });
+    for (size_t p = m_graph.passes.size(); p-- > 0;) {
+        const GraphPass& pass = m_graph.passes[p];
+        if (pass.waits) continue;
+        bool isKept = pass.keepAlive;
+        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
+            isKept = isKept || (Writes(use->access) && IsNeeded(*use));
+        m_isKept[p] = isKept;
+        if (!isKept) continue;
+        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) SetNeeded(*use, 0);
+        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
+            if (PreservesContents(m_graph.resources[use->resource].kind, use->access)) SetNeeded(*use, 1);
+    }
+    bool isChanged = false;
+    forEachPersistent([&](Persistence, uint32_t s) {
+        if (!m_isNeeded[s] || m_needsHistory[s]) return;
+        m_needsHistory[s] = 1;
+        isChanged = true;
+    });
+    return isChanged;
+}
+
+// --- The plan ---
+
 class Compiler {
   public:
-    explicit Compiler(const FrameGraph& graph) : m_graph(graph) {}
+    Compiler(const FrameGraph& graph, Plan& plan, CompileMemory& memory)
+        : m_graph(graph), m_plan(plan), m_memory(memory), m_blockUses(memory.blockUses) {}
 
-    Plan Run() {
+    void Run() {
+        m_plan.Clear();
         CheckRoots();
         Cull();
         FindLifetimes();
-        PlanMemory(m_graph, m_plan);
+        PlanMemory(m_graph, m_plan, m_memory.blocks);
         PlanBarriers();
-        return std::move(m_plan);
     }
 
   private:
@@ -56,9 +134,10 @@ class Compiler {
     const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
     uint32_t BarrierCount() const { return static_cast<uint32_t>(m_plan.barriers.size()); }
     // Returns one state for all subresources of a resource.
-    ResourceState StateOf(uint32_t resource) const {
+    ResourceState StateOf(uint32_t resource) {
         if (m_graph.resources[resource].SubresourceCount() == 1) return m_plan.states[resource];
-        std::vector<ResourceState> states;
+        std::vector<ResourceState>& states = m_memory.states;
+        states.clear();
         m_graph.ForEachSubresource(resource, [&](uint32_t s, auto&&) { states.push_back(m_plan.states[s]); });
         return Merged(states);
     }
@@ -67,17 +146,9 @@ class Compiler {
     }
 
     const FrameGraph& m_graph;
-    Plan m_plan;
-    struct BlockUse {
-        uint32_t occupant = kNone;  // the last resource that used the block
-        // The occupant before `occupant`, or followsLastFrame for the contents that the last frame left in
-        // the block.
-        uint32_t predecessor = kNone;
-        bool followsLastFrame = false;
-        // The stages and writes of all occupants so far. An earlier occupant may extend beyond the last one.
-        AccessMasks access;
-    };
-    std::vector<BlockUse> m_blockUses;  // indexed by block
+    Plan& m_plan;
+    CompileMemory& m_memory;
+    std::vector<CompileMemory::BlockUse>& m_blockUses;
 };
 
 void Compiler::CheckRoots() const {
@@ -95,7 +166,8 @@ void Compiler::CheckRoots() const {
 }
 
 void Compiler::Cull() {
-    const std::vector<uint8_t> isKept = LivePasses(m_graph);
+    Culler(m_graph, m_memory.culling).Run();
+    const std::vector<uint8_t>& isKept = m_memory.culling.isKept;
     m_plan.passes.reserve(m_graph.passes.size());
     for (uint32_t p = 0; p < m_graph.passes.size(); ++p) {
         if (isKept[p])
@@ -106,7 +178,7 @@ void Compiler::Cull() {
 }
 
 void Compiler::FindLifetimes() {
-    m_plan.lifetimes.resize(m_graph.resources.size());
+    m_plan.lifetimes.assign(m_graph.resources.size(), {});
     for (uint32_t position = 0; position < m_plan.passes.size(); ++position) {
         const GraphPass& pass = m_graph.passes[m_plan.passes[position].pass];
         for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) {
@@ -149,7 +221,8 @@ void Compiler::StartStates() {
     if (m_graph.SubresourceCount() == m_graph.resources.size()) return;
     for (const GraphResource& resource : m_graph.resources)
         for (uint32_t other = 1; other < resource.SubresourceCount(); ++other)
-            start(resource, resource.otherStates.empty() ? resource.state : resource.otherStates[other - 1]);
+            start(resource, resource.hasOtherStates ? m_graph.otherStates[resource.firstOther + other - 1]
+                                                    : resource.state);
 }
 
 void Compiler::PlanBarriers() {
@@ -216,7 +289,7 @@ ResourceState Compiler::LeaveBlock(uint32_t block) {
 void Compiler::EnterBlock(uint32_t resource) {
     const uint32_t block = m_plan.lifetimes[resource].block;
     if (block == kNone) return;
-    BlockUse& use = m_blockUses[block];
+    CompileMemory::BlockUse& use = m_blockUses[block];
     ResourceState state;
     use.predecessor = use.occupant;
     if (use.predecessor == kNone) {
@@ -373,89 +446,15 @@ void Compiler::Finish() {
 
 }  // namespace
 
+void Compile(const FrameGraph& graph, Plan& plan, CompileMemory& memory) {
+    Compiler(graph, plan, memory).Run();
+}
+
 Plan Compile(const FrameGraph& graph) {
-    return Compiler(graph).Run();
-}
-
-// --- Culling ---
-
-namespace {
-
-class Culler {
-  public:
-    explicit Culler(const FrameGraph& graph)
-        : m_graph(graph), m_isKept(graph.passes.size(), 0), m_needsHistory(graph.SubresourceCount(), 0) {}
-
-    std::vector<uint8_t> Run() {
-        while (MarkKept()) {
-        }
-        return std::move(m_isKept);
-    }
-
-  private:
-    bool MarkKept();
-
-    const ResourceUse* UsesBegin(const GraphPass& pass) const { return m_graph.uses.data() + pass.firstUse; }
-    const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
-    void SetNeeded(const ResourceUse& use, uint8_t isNeeded) {
-        m_graph.ForEachSubresource(use.resource, use.part,
-                                   [&](uint32_t s, auto&&) { m_isNeeded[s] = isNeeded; });
-    }
-    bool IsNeeded(const ResourceUse& use) const {
-        bool isNeeded = false;
-        m_graph.ForEachSubresource(use.resource, use.part,
-                                   [&](uint32_t s, auto&&) { isNeeded = isNeeded || m_isNeeded[s]; });
-        return isNeeded;
-    }
-
-    const FrameGraph& m_graph;
-    std::vector<uint8_t> m_isKept;  // indexed by pass
-    // By subresource: m_isNeeded tells whether its contents are needed after the current pass, and
-    // m_needsHistory whether those from before the frame are needed.
-    std::vector<uint8_t> m_isNeeded;
-    std::vector<uint8_t> m_needsHistory;
-};
-
-// Goes from the last pass to the first. Returns true if it has found a persistent resource whose earlier
-// contents a kept pass needs: then its last write is needed, too, and the traversal has to be repeated.
-bool Culler::MarkKept() {
-    m_isNeeded.assign(m_graph.SubresourceCount(), 0);
-    for (const Root& root : m_graph.roots)
-        m_graph.ForEachSubresource(root.resource, [&](uint32_t s, auto&&) { m_isNeeded[s] = 1; });
-    const auto forEachPersistent = [&](auto&& visit) {
-        for (uint32_t r = 0; r < m_graph.resources.size(); ++r)
-            if (m_graph.resources[r].origin == Origin::Persistent)
-                m_graph.ForEachSubresource(
-                    r, [&](uint32_t s, auto&&) { visit(m_graph.resources[r].persistence, s); });
-    };
-    forEachPersistent([&](Persistence persistence, uint32_t s) {
-        if (persistence == Persistence::Always || m_needsHistory[s]) m_isNeeded[s] = 1;
-    });
-    for (size_t p = m_graph.passes.size(); p-- > 0;) {
-        const GraphPass& pass = m_graph.passes[p];
-        if (pass.waits) continue;
-        bool isKept = pass.keepAlive;
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
-            isKept = isKept || (Writes(use->access) && IsNeeded(*use));
-        m_isKept[p] = isKept;
-        if (!isKept) continue;
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) SetNeeded(*use, 0);
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
-            if (PreservesContents(m_graph.resources[use->resource].kind, use->access)) SetNeeded(*use, 1);
-    }
-    bool isChanged = false;
-    forEachPersistent([&](Persistence, uint32_t s) {
-        if (!m_isNeeded[s] || m_needsHistory[s]) return;
-        m_needsHistory[s] = 1;
-        isChanged = true;
-    });
-    return isChanged;
-}
-
-}  // namespace
-
-std::vector<uint8_t> LivePasses(const FrameGraph& graph) {
-    return Culler(graph).Run();
+    Plan plan;
+    CompileMemory memory;
+    Compile(graph, plan, memory);
+    return plan;
 }
 
 }  // namespace raygraph

@@ -16,14 +16,39 @@
 #include <vector>
 
 #include "renderer/graph/frame_graph.h"
+#include "renderer/graph/memory_plan.h"
 #include "renderer/graph/plan.h"
 
 namespace raygraph {
 
-// Throws Error{Usage} for a root that a later pass has overwritten.
-Plan Compile(const FrameGraph& graph);
+// The memory in which passes are culled. By subresource, isNeeded tells whether its contents are needed after
+// the current pass, and needsHistory whether those from before the frame are needed.
+struct CullMemory {
+    std::vector<uint8_t> isKept;  // indexed by pass
+    std::vector<uint8_t> isNeeded;
+    std::vector<uint8_t> needsHistory;
+};
 
-// Returns, for each pass, 1 if it is kept: if it leads to something that is needed.
-std::vector<uint8_t> LivePasses(const FrameGraph& graph);
+// The memory in which Compile works. Kept from frame to frame, it makes Compile allocate nothing for a frame
+// that needs no more than an earlier one.
+struct CompileMemory {
+    struct BlockUse {
+        uint32_t occupant = kNone;  // the last resource that used the block
+        // The occupant before `occupant`, or followsLastFrame for the contents that the last frame left in
+        // the block.
+        uint32_t predecessor = kNone;
+        bool followsLastFrame = false;
+        // The stages and writes of all occupants so far. An earlier occupant may extend beyond the last one.
+        AccessMasks access;
+    };
+    std::vector<BlockUse> blockUses;  // indexed by block
+    std::vector<ResourceState> states;
+    CullMemory culling;
+    BlockMemory blocks;
+};
+
+// Makes `plan` that of the graph. Throws Error{Usage} for a root that a later pass has overwritten.
+void Compile(const FrameGraph& graph, Plan& plan, CompileMemory& memory);
+Plan Compile(const FrameGraph& graph);
 
 }  // namespace raygraph

@@ -30,19 +30,21 @@ bool MayCombine(PassKind kind, ResourceKind resource) {
     return kind == PassKind::Transfer && resource == ResourceKind::Buffer;
 }
 
-std::optional<Subresources> FirstEmpty(const GraphResource& resource, const Subresources& part) {
-    if (resource.isFilled.empty())
+std::optional<Subresources> FirstEmpty(const FrameGraph& graph, const GraphResource& resource,
+                                       const Subresources& part) {
+    if (resource.SubresourceCount() == 1)
         return resource.version > 0 || resource.isHostWritten ? std::nullopt : std::optional(part);
     for (uint32_t layer = part.layer; layer < part.layer + part.layerCount; ++layer)
         for (uint32_t level = part.level; level < part.level + part.levelCount; ++level)
-            if (!resource.isFilled[layer * resource.levels + level]) return Subresource(level, layer);
+            if (!graph.isFilled[resource.firstFilled + layer * resource.levels + level])
+                return Subresource(level, layer);
     return std::nullopt;
 }
 
 // Returns why a part has no contents that a pass could read, to follow after its name. Empty if it has
 // contents, or may have them from before the frame.
-std::string EmptyReason(const GraphResource& resource, const Subresources& part) {
-    const std::optional<Subresources> one = FirstEmpty(resource, part);
+std::string EmptyReason(const FrameGraph& graph, const GraphResource& resource, const Subresources& part) {
+    const std::optional<Subresources> one = FirstEmpty(graph, resource, part);
     if (!one) return {};
     std::string missing;  // " level 2" of a texture, if other parts are written
     if (resource.version > 0) missing = rhi::PartText(*one, resource.levels, resource.layers);
@@ -113,28 +115,46 @@ void FrameGraph::Begin(uint64_t frameNumber) {
     passes.clear();
     uses.clear();
     roots.clear();
+    otherStates.clear();
+    isFilled.clear();
     m_otherCount = 0;
+    if (m_texts.use_count() == 1)
+        m_texts->Clear();
+    else
+        m_texts = std::make_shared<Arena>();
 }
 
-uint32_t FrameGraph::AddResource(GraphResource resource) {
+bool FrameGraph::HasSamePlanAs(const FrameGraph& other) const {
+    return queueFamily == other.queueFamily && waitStages == other.waitStages && roots == other.roots &&
+           passes == other.passes && uses == other.uses && resources == other.resources &&
+           blockStates == other.blockStates && otherStates == other.otherStates;
+}
+
+uint32_t FrameGraph::AddResource(const GraphResource& added, ResourceKind kind,
+                                 std::span<const ResourceState> others) {
     if (resources.size() >= TextureId::kInvalid)
-        throw MakeError(ErrorKind::Usage, "{}: a frame has at most {} resources", Quoted(resource.name),
+        throw MakeError(ErrorKind::Usage, "{}: a frame has at most {} resources", Quoted(added.name),
                         TextureId::kInvalid);
+    GraphResource& resource = resources.emplace_back(added);
+    resource.kind = kind;
+    resource.name = Keep(added.name);
     if (const uint32_t count = resource.SubresourceCount(); count > 1) {
         resource.firstOther = m_otherCount;
         m_otherCount += count - 1;
         const bool isEmpty =
             resource.origin == Origin::Transient ||
             (resource.origin == Origin::Imported && resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED);
-        resource.isFilled.assign(count, isEmpty ? 0 : 1);
+        resource.firstFilled = static_cast<uint32_t>(isFilled.size());
+        isFilled.resize(isFilled.size() + count, isEmpty ? 0 : 1);
+        resource.hasOtherStates = !others.empty();
+        otherStates.resize(m_otherCount);
+        std::ranges::copy(others, otherStates.begin() + resource.firstOther);
     }
-    resources.push_back(std::move(resource));
     return static_cast<uint32_t>(resources.size() - 1);
 }
 
 uint32_t FrameGraph::AddPass(std::string_view name, PassKind kind) {
-    passes.push_back(
-        {.name = std::string(name), .kind = kind, .firstUse = static_cast<uint32_t>(uses.size())});
+    passes.push_back({.name = Keep(name), .kind = kind, .firstUse = static_cast<uint32_t>(uses.size())});
     return static_cast<uint32_t>(passes.size() - 1);
 }
 
@@ -160,7 +180,7 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
     const GraphPass* writer = nullptr;
     for (const GraphPass& pass : passes)
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
-            if (uses[u].resource == index && uses[u].versionOut == id.version + 1 && Writes(uses[u].access))
+            if (uses[u].resource == index && uses[u].versionOut == id.version + 1u && Writes(uses[u].access))
                 writer = &pass;
     throw MakeError(ErrorKind::Usage,
                     "{} {} as it was before {} wrote it: use the id that the write returned", what,
@@ -186,8 +206,8 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& re
         if (!missing.empty())
             throw MakeError(ErrorKind::Usage, "{} {}: {}", sentence(), Quoted(resource.name), missing);
     }
-    if (NeedsContents(access))
-        if (const std::string empty = EmptyReason(resource, part); !empty.empty())
+    if (NeedsContents(access) && FirstEmpty(*this, resource, part))
+        if (const std::string empty = EmptyReason(*this, resource, part); !empty.empty())
             throw MakeError(ErrorKind::Usage, "{} {}{}", sentence(), NameOf(resource, part), empty);
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
         if (uses[u].resource == index && rhi::Overlap(uses[u].part, part))
@@ -200,10 +220,10 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& re
                             PassText(pass), Quoted(resource.name), kMaxVersion);
         ++resource.version;
     }
-    if (Writes(access) && !resource.isFilled.empty())
+    if (Writes(access) && resource.SubresourceCount() > 1)
         for (uint32_t layer = part.layer; layer < part.layer + part.layerCount; ++layer)
-            std::fill_n(resource.isFilled.begin() + layer * resource.levels + part.level, part.levelCount,
-                        uint8_t{1});
+            std::fill_n(isFilled.begin() + resource.firstFilled + layer * resource.levels + part.level,
+                        part.levelCount, uint8_t{1});
     uses.push_back({.resource = index,
                     .versionIn = versionIn,
                     .versionOut = resource.version,
@@ -235,7 +255,7 @@ void FrameGraph::Present(TextureId texture) {
     const uint32_t index = Resolve(texture, "Present shows");
     const GraphResource& resource = resources[index];
     if (resource.origin == Origin::Transient)
-        if (const std::string empty = EmptyReason(resource, resource.Whole()); !empty.empty())
+        if (const std::string empty = EmptyReason(*this, resource, resource.Whole()); !empty.empty())
             throw MakeError(ErrorKind::Usage, "Present shows {}{}", Quoted(resource.name), empty);
     roots.push_back({.kind = RootKind::Presented, .resource = index, .version = resource.version});
 }

@@ -7,11 +7,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/api.h"
+#include "base/arena.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/ids.h"
 #include "rhi/format.h"
@@ -44,7 +47,7 @@ enum class Persistence : uint8_t {
 };
 
 struct GraphResource {
-    std::string name;
+    std::string_view name;  // FrameGraph::Add copies it; that copy has a zero after it
     ResourceKind kind = ResourceKind::Texture;
     Origin origin = Origin::Transient;
     Persistence persistence = Persistence::OnDemand;
@@ -55,15 +58,15 @@ struct GraphResource {
     uint32_t layers = 1;
     uint64_t bytes = 0;                // buffers
     rhi::MemoryRequirements memory{};  // requirements of a transient; size 0: it shares no memory
-    ResourceState state{};             // before the frame, for the first subresource; unused for transients
-    // For the other subresources, layer by layer; empty: all are in `state`.
-    std::vector<ResourceState> otherStates = {};
-    uint32_t version = 0;  // number of writes declared so far
+    ResourceState state{};             // before the frame; unused for transients
+    uint32_t version = 0;              // number of writes declared so far
     // Set by FrameGraph for a texture with several subresources:
     // Number of the second subresource, counted from the last resource on.
     uint32_t firstOther = 0;
-    std::vector<uint8_t> isFilled = {};  // by subresource, layer by layer: it has contents
+    uint32_t firstFilled = 0;     // its subresources, layer by layer, are FrameGraph::isFilled from here on
+    bool hasOtherStates = false;  // `state` is that of the first subresource alone (FrameGraph::otherStates)
 
+    bool operator==(const GraphResource&) const = default;
     uint32_t SubresourceCount() const { return levels * layers; }
     Subresources Whole() const { return {.levelCount = levels, .layerCount = layers}; }
 };
@@ -75,15 +78,19 @@ struct ResourceUse {
     uint32_t versionOut = 0;  // versionIn + 1 for a write
     Access access = Access::Sampled;
     Subresources part = {.levelCount = 1, .layerCount = 1};  // resolved
+
+    bool operator==(const ResourceUse&) const = default;
 };
 
 struct GraphPass {
-    std::string name;
+    std::string_view name;  // as GraphResource::name
     PassKind kind = PassKind::Compute;
     bool keepAlive = false;  // the pass has an effect that the graph does not see
     bool waits = false;      // not executed in this frame, whatever needs it (PassSeries)
     uint32_t firstUse = 0;   // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
     uint32_t useCount = 0;
+
+    bool operator==(const GraphPass&) const = default;
 };
 
 enum class RootKind : uint8_t {
@@ -100,20 +107,22 @@ struct Root {
     VkImageLayout layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
     // If not the family of the frame: ownership is released to this family.
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;
+
+    bool operator==(const Root&) const = default;
 };
 
-// Is a ResourceId without its type.
+// Is a ResourceId without its type, small enough for a register.
 struct AnyId {
+    uint16_t resource = 0;
+    uint16_t version = 0;
+    uint8_t frame = 0;
     ResourceKind kind = ResourceKind::Texture;
-    uint32_t resource = 0;
-    uint32_t version = 0;
-    uint32_t frame = 0;
     bool isValid = false;
 
     AnyId() = default;
     template <ResourceKind Kind>
     AnyId(ResourceId<Kind> id)  // NOLINT(google-explicit-constructor)
-        : kind(Kind), resource(id.resource), version(id.version), frame(id.frame), isValid(id.IsValid()) {}
+        : resource(id.resource), version(id.version), frame(id.frame), kind(Kind), isValid(id.IsValid()) {}
 };
 
 struct RAYGRAPH_API FrameGraph {
@@ -124,16 +133,24 @@ struct RAYGRAPH_API FrameGraph {
     std::vector<GraphPass> passes;  // in order of declaration
     std::vector<ResourceUse> uses;
     std::vector<Root> roots;
-    std::vector<ResourceState>
-        blockStates;  // states in which the last frame left each block of transient memory
+    // The states in which the last frame left each block of transient memory.
+    std::vector<ResourceState> blockStates;
+    // Both are for textures with several subresources. By number, from that of the first one after the last
+    // resource on: the state before the frame, where the resource has others than its own.
+    std::vector<ResourceState> otherStates;
+    std::vector<uint8_t> isFilled;  // by GraphResource::firstFilled: the subresource has contents
 
-    // Empties the graph for the next frame; keeps queueFamily and blockStates.
+    // Empties the graph for the next frame; keeps queueFamily, blockStates and memory.
     void Begin(uint64_t frameNumber);
+    // Returns whether Compile makes the same plan of both, for which resources and passes of the same names
+    // are declared alike.
+    bool HasSamePlanAs(const FrameGraph& other) const;
 
+    // `others` are the states before the frame of all subresources but the first, layer by layer; if
+    // empty, they are in GraphResource::state.
     template <ResourceKind Kind>
-    ResourceId<Kind> Add(GraphResource resource) {
-        resource.kind = Kind;
-        return IdOf<Kind>(AddResource(std::move(resource)));
+    ResourceId<Kind> Add(const GraphResource& resource, std::span<const ResourceState> others = {}) {
+        return IdOf<Kind>(AddResource(resource, Kind, others));
     }
     // Returns the id of the newest version.
     template <ResourceKind Kind>
@@ -146,6 +163,8 @@ struct RAYGRAPH_API FrameGraph {
 
     // Adds a pass, to which the following uses belong.
     uint32_t AddPass(std::string_view name, PassKind kind);
+    // Returns a copy of a text that lives as long as the frame.
+    std::string_view Keep(std::string_view text) { return m_texts->Copy(text); }
     // Declares a use by the last pass, and returns the id of the contents after it: the id of the whole
     // texture, even if a part of it is written. Throws Error{Usage} naming the pass and the resource for an
     // id that is empty, of another frame, or stale; for an access that the pass's kind does not have; for a
@@ -190,13 +209,16 @@ struct RAYGRAPH_API FrameGraph {
     }
 
   private:
-    uint32_t AddResource(GraphResource resource);
+    uint32_t AddResource(const GraphResource& resource, ResourceKind kind,
+                         std::span<const ResourceState> others);
     uint32_t UseResource(AnyId id, Access access, const Subresources& requested);
     void ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily);
     void CheckWithinPass(const GraphPass& pass, const GraphResource& resource, const ResourceUse& earlier,
                          Access access, const Subresources& part) const;
 
     uint32_t m_otherCount = 0;  // subresources that are not the first of their resource
+    // The names. Copies of the graph share it.
+    std::shared_ptr<Arena> m_texts = std::make_shared<Arena>();
 };
 
 RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...

@@ -1,22 +1,23 @@
 #include "renderer/graph/frame_timer.h"
 
-#include <iterator>
+#include <algorithm>
+#include <utility>
 
 #include "base/text.h"
 #include "renderer/graph/pass_declaration.h"
 
 namespace raygraph {
 
-namespace {
-
-// A limit, because the caller may never take the timings.
-constexpr size_t kMaxArrived = 4096;
-
-}  // namespace
-
-FrameTimer::FrameTimer(rhi::Device& device, bool gpuTimes) : m_device(device) {
+FrameTimer::FrameTimer(rhi::Device& device, bool gpuTimes, size_t kept) : m_device(device), m_kept(kept) {
     if (gpuTimes && device.Info().timestampValidBits > 0)
         m_timestamps = std::make_unique<rhi::TimestampPool>(device, "pass times", PassMarks::kMaxPasses + 1);
+}
+
+FrameTiming FrameTimer::NewTiming() {
+    if (m_unused.empty()) return {};
+    FrameTiming timing = std::move(m_unused.back());
+    m_unused.pop_back();
+    return timing;
 }
 
 void FrameTimer::BeginFrame(rhi::CommandList& commands) {
@@ -40,24 +41,39 @@ void FrameTimer::StoreTiming(FrameTiming timing) {
         if (pass.kind == PassKind::AccelerationStructure && pass.gpuMs > 0.0)
             WriteLog(m_device.Log(), LogLevel::Debug, log_category::kGeometry, "{} of frame {} took {}",
                      pass.name, timing.frame, DurationText(1e-3 * pass.gpuMs));
+    if (m_kept == 0) {
+        std::swap(m_latest, timing);
+        m_unused.push_back(std::move(timing));
+        return;
+    }
     m_latest = timing;
-    m_arrived.push_back(std::move(timing));
-    if (m_arrived.size() > kMaxArrived) m_arrived.pop_front();
+    if (m_arrived.size() < m_kept) {
+        m_arrived.push_back(std::move(timing));
+        return;
+    }
+    std::swap(m_arrived[m_oldest], timing);
+    m_oldest = (m_oldest + 1) % m_kept;
+    m_unused.push_back(std::move(timing));
+}
+
+FrameTiming FrameTimer::TakePending() {
+    FrameTiming timing = std::move(m_pending.front().timing);
+    m_pending.erase(m_pending.begin());
+    return timing;
 }
 
 void FrameTimer::Poll() {
     if (!m_timestamps) {
         const uint64_t completed = m_device.CompletedValue();
-        for (; !m_pending.empty() && m_pending.front().submitted <= completed; m_pending.pop_front())
-            StoreTiming(std::move(m_pending.front().timing));
+        while (!m_pending.empty() && m_pending.front().submitted <= completed) StoreTiming(TakePending());
         return;
     }
-    while (const std::optional<rhi::TimestampFrame> frame = m_timestamps->Poll()) {
+    while (const rhi::TimestampFrame* frame = m_timestamps->Poll()) {
         // Frames before it have lost their timestamps.
-        while (!m_pending.empty() && m_pending.front().submitted < frame->submitted) m_pending.pop_front();
+        while (!m_pending.empty() && m_pending.front().submitted < frame->submitted)
+            m_unused.push_back(TakePending());
         if (m_pending.empty() || m_pending.front().submitted != frame->submitted) continue;
-        FrameTiming timing = std::move(m_pending.front().timing);
-        m_pending.pop_front();
+        FrameTiming timing = TakePending();
         for (size_t i = 0; i < timing.passes.size() && i + 1 < frame->nanoseconds.size(); ++i)
             timing.passes[i].gpuMs = (frame->nanoseconds[i + 1] - frame->nanoseconds[i]) * 1e-6;
         StoreTiming(std::move(timing));
@@ -65,10 +81,9 @@ void FrameTimer::Poll() {
 }
 
 std::vector<FrameTiming> FrameTimer::TakeAll() {
-    std::vector<FrameTiming> all(std::make_move_iterator(m_arrived.begin()),
-                                 std::make_move_iterator(m_arrived.end()));
-    m_arrived.clear();
-    return all;
+    std::ranges::rotate(m_arrived, m_arrived.begin() + static_cast<ptrdiff_t>(m_oldest));
+    m_oldest = 0;
+    return std::exchange(m_arrived, {});
 }
 
 }  // namespace raygraph

@@ -2,7 +2,7 @@
 // of the Renderer.
 #pragma once
 
-#include <deque>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -13,8 +13,12 @@ namespace raygraph {
 
 class FrameTimer {
   public:
-    // Without `gpuTimes`, or on a device without timestamps, the GPU times are 0.
-    FrameTimer(rhi::Device& device, bool gpuTimes);
+    // Without `gpuTimes`, or on a device without timestamps, the GPU times are 0. The newest `kept` frames
+    // wait for TakeAll.
+    FrameTimer(rhi::Device& device, bool gpuTimes, size_t kept);
+
+    // Returns an object for EndFrame, with the passes of any earlier frame, to use their memory again.
+    FrameTiming NewTiming();
 
     void BeginFrame(rhi::CommandList& commands);
     // Must be called once before the first pass, and once after each pass.
@@ -32,12 +36,17 @@ class FrameTimer {
         FrameTiming timing;
     };
     void StoreTiming(FrameTiming timing);
+    FrameTiming TakePending();
 
     rhi::Device& m_device;
+    size_t m_kept;
     std::unique_ptr<rhi::TimestampPool> m_timestamps;
-    std::deque<Pending> m_pending;
-    std::deque<FrameTiming> m_arrived;
+    std::vector<Pending> m_pending;  // oldest first; they are few
+    // A ring once it is full: the oldest is at m_oldest.
+    std::vector<FrameTiming> m_arrived;
+    size_t m_oldest = 0;
     FrameTiming m_latest;
+    std::vector<FrameTiming> m_unused;
 };
 
 }  // namespace raygraph

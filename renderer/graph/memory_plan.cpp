@@ -3,48 +3,70 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace raygraph {
 
 namespace {
 
-bool Overlap(const Lifetime& a, const Lifetime& b) {
-    return a.first <= b.last && b.first <= a.last;
+// Calls visit(index, bits) for the words that hold the positions of a lifetime, as long as it returns true;
+// returns whether it always has.
+template <typename Visit>
+bool ForEachWord(const Lifetime& lifetime, Visit&& visit) {
+    const uint32_t firstWord = lifetime.first / 64, lastWord = lifetime.last / 64;
+    for (uint32_t word = firstWord; word <= lastWord; ++word) {
+        uint64_t bits = ~uint64_t{0};
+        if (word == firstWord) bits <<= lifetime.first % 64;
+        if (word == lastWord) bits &= ~uint64_t{0} >> (63 - lifetime.last % 64);
+        if (!visit(word, bits)) return false;
+    }
+    return true;
 }
 
 }  // namespace
 
-void PlanMemory(const FrameGraph& graph, Plan& plan) {
-    std::vector<uint32_t> order;
+void PlanMemory(const FrameGraph& graph, Plan& plan, BlockMemory& memory) {
+    std::vector<uint32_t>& order = memory.order;
+    order.clear();
     for (uint32_t r = 0; r < graph.resources.size(); ++r) {
         const GraphResource& resource = graph.resources[r];
         if (resource.origin == Origin::Transient && resource.memory.size > 0 && plan.lifetimes[r].IsUsed())
             order.push_back(r);
     }
-    std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-        return graph.resources[a].memory.size > graph.resources[b].memory.size;
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+        const uint64_t sizeA = graph.resources[a].memory.size, sizeB = graph.resources[b].memory.size;
+        return sizeA != sizeB ? sizeA > sizeB : a < b;
     });
 
-    for (size_t i = 0; i < order.size(); ++i) {
-        const rhi::MemoryRequirements& memory = graph.resources[order[i]].memory;
-        Lifetime& lifetime = plan.lifetimes[order[i]];
+    // A lifetime may end one position after the last pass.
+    const size_t wordsOfBlock = plan.passes.size() / 64 + 1;
+    memory.isOccupied.clear();
+    for (const uint32_t r : order) {
+        const rhi::MemoryRequirements& needed = graph.resources[r].memory;
+        Lifetime& lifetime = plan.lifetimes[r];
         const auto fits = [&](uint32_t block) {
-            if ((plan.blocks[block].memoryTypeBits & memory.memoryTypeBits) == 0) return false;
-            return std::none_of(
-                order.begin(), order.begin() + static_cast<ptrdiff_t>(i), [&](uint32_t other) {
-                    return plan.lifetimes[other].block == block && Overlap(plan.lifetimes[other], lifetime);
-                });
+            if ((plan.blocks[block].memoryTypeBits & needed.memoryTypeBits) == 0) return false;
+            return ForEachWord(lifetime, [&](uint32_t word, uint64_t bits) {
+                return (memory.isOccupied[block * wordsOfBlock + word] & bits) == 0;
+            });
         };
         uint32_t block = 0;
         while (block < plan.blocks.size() && !fits(block)) ++block;
-        if (block == plan.blocks.size()) plan.blocks.push_back(memory);
+        if (block == plan.blocks.size()) {
+            plan.blocks.push_back(needed);
+            memory.isOccupied.resize(plan.blocks.size() * wordsOfBlock);
+        }
         rhi::MemoryRequirements& shared = plan.blocks[block];
-        shared.size = std::max(shared.size, memory.size);
-        shared.alignment = std::max(shared.alignment, memory.alignment);
-        shared.memoryTypeBits &= memory.memoryTypeBits;
+        shared.size = std::max(shared.size, needed.size);
+        shared.alignment = std::max(shared.alignment, needed.alignment);
+        shared.memoryTypeBits &= needed.memoryTypeBits;
+        ForEachWord(lifetime, [&](uint32_t word, uint64_t bits) {
+            memory.isOccupied[block * wordsOfBlock + word] |= bits;
+            return true;
+        });
         lifetime.block = block;
-        plan.bytesWithoutAliasing += memory.size;
+        plan.bytesWithoutAliasing += needed.size;
     }
 }
 

@@ -19,6 +19,9 @@ std::string PassText(const FrameGraph& graph) {
 // Returns null for "": the stage is left out.
 const Shader* PassBuilder::FindShader(std::string_view name) {
     if (name.empty()) return nullptr;
+    if (m_pass.guess)
+        for (const Shader* shader : m_pass.guess->Shaders())
+            if (shader->name == name) return shader;
     try {
         return &m_shaders.Find(name);
     } catch (const Error& error) {
@@ -88,7 +91,7 @@ PassBuilder& PassBuilder::Raster(const RasterState& state) {
 }
 
 PassBuilder& PassBuilder::Specialize(std::string_view constant, uint32_t value) {
-    m_pass.request.specialization.push_back({.name = std::string(constant), .value = value});
+    m_pass.request.specialization.push_back({.name = m_graph.Keep(constant), .value = value});
     return *this;
 }
 
@@ -214,11 +217,11 @@ void PassBuilder::UniformBytes(std::string_view name, std::span<const std::byte>
     std::copy(bytes.begin(), bytes.end(),
               m_renderer.m_impl->uniformBytes.begin() + static_cast<ptrdiff_t>(offset));
     DeclaredBinding& bound = m_pass.bindings.emplace_back();
-    bound.name = name;
+    bound.name = m_graph.Keep(name);
     bound.verb = BindVerb::Uniform;
-    bound.uniformOffset = offset;
-    bound.uniformBytes = bytes.size();
-    bound.uniformAlignment = alignment;
+    bound.uniformOffset = static_cast<uint32_t>(offset);
+    bound.uniformBytes = static_cast<uint32_t>(bytes.size());
+    bound.uniformAlignment = static_cast<uint32_t>(alignment);
 }
 
 }  // namespace raygraph

@@ -152,6 +152,10 @@ class RAYGRAPH_API PassBuilder {
         static_assert(std::is_trivially_copyable_v<T>);
         UniformBytes(name, std::as_bytes(std::span(&data, 1)), alignof(T));
     }
+    // The same for data whose layout is known only when the program runs. Of a size that `alignment` has
+    // rounded up, the last bytes may be missing in the shaders' block.
+    void ConstantBytes(std::span<const std::byte> bytes, size_t alignment = 1);
+    void UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment = 1);
 
     // A PassSeries may divide the pass, as it does with all compute passes: `execute` covers the rows, or
     // whatever else there is many of, that CommandList::PortionOf returns.
@@ -164,8 +168,6 @@ class RAYGRAPH_API PassBuilder {
     PassBuilder(Renderer& renderer, FrameGraph& graph, ShaderLibrary& shaders, PassDeclaration& pass)
         : m_renderer(renderer), m_graph(graph), m_shaders(shaders), m_pass(pass) {}
     const Shader* FindShader(std::string_view name);
-    void ConstantBytes(std::span<const std::byte> bytes, size_t alignment);
-    void UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment);
     template <ResourceKind Kind>
     ResourceId<Kind> Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
                           const rhi::Sampler* sampler = nullptr, const Subresources& part = {});

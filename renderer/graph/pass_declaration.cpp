@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -89,20 +90,22 @@ bool SizesAgree(uint64_t given, uint64_t block, size_t alignment) {
 }
 
 void CheckWritability(const GraphPass& pass, const DeclaredBinding& bound, const rhi::BindingInfo& info) {
-    const std::string what = Text("{} {}, which {}", Verb(bound.verb), Quoted(bound.name), info.firstShader);
+    const auto what = [&] {
+        return Text("{} {}, which {}", Verb(bound.verb), Quoted(bound.name), info.firstShader);
+    };
     if (bound.verb != BindVerb::Reads && !info.isWritable)
-        Fail(pass, "{} declares readonly ({})", what, KindText(info));
+        Fail(pass, "{} declares readonly ({})", what(), KindText(info));
     if (bound.verb != BindVerb::Writes && !info.isReadable)
-        Fail(pass, "{} declares writeonly ({})", what, KindText(info));
+        Fail(pass, "{} declares writeonly ({})", what(), KindText(info));
     if (bound.verb == BindVerb::Reads && info.isWritable)
-        Fail(pass, "{} may write ({}): declare it readonly there, or write or update it here", what,
+        Fail(pass, "{} may write ({}): declare it readonly there, or write or update it here", what(),
              KindText(info));
 }
 
 void CheckContents(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
                    const rhi::BindingInfo& info, uint64_t maxStorageBytes) {
     if (bound.verb == BindVerb::Uniform) {
-        if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max<size_t>(bound.uniformAlignment, 16)))
+        if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max(bound.uniformAlignment, 16u)))
             Fail(pass, "gives {} bytes for {}, which has {} in {}", bound.uniformBytes, Quoted(bound.name),
                  info.blockBytes, info.firstShader);
         return;
@@ -130,22 +133,31 @@ void CheckView(const FrameGraph& graph, const GraphPass& pass, const DeclaredBin
     };
     if (info.kind == rhi::BindingKind::StorageImage && part.levelCount != 1)
         fail(Text("{} levels", part.levelCount), "a storage image is one, as in Level(0)");
-    const std::string layers = Counted(part.layerCount, "layer");
+    const auto layers = [&] { return Counted(part.layerCount, "layer"); };
     const auto shape = [&](const char* has) {
         return Text("in {} it is a {}, of {}", info.firstShader, rhi::Name(info.shape), has);
     };
     if (info.shape == rhi::ImageShape::Plain && part.layerCount != 1)
-        fail(layers, shape("one layer, as in Layer(0)"));
+        fail(layers(), shape("one layer, as in Layer(0)"));
     const bool isSquare = resource.extent.width == resource.extent.height;
     if (info.shape == rhi::ImageShape::Cube && (part.layerCount != 6 || !isSquare))
-        fail(Text("{} of {}x{}", layers, resource.extent.width, resource.extent.height),
+        fail(Text("{} of {}x{}", layers(), resource.extent.width, resource.extent.height),
              shape("six square layers"));
 }
 
+// Returns the place of a binding in the interface. It tries `guess` first, since a name is mostly bound to
+// what it was in the last frame.
+size_t PlaceOf(const rhi::ShaderInterface& interface, const GraphPass& pass, std::string_view name,
+               size_t guess) {
+    const std::vector<rhi::BindingInfo>& bindings = interface.bindings;
+    if (guess < bindings.size() && bindings[guess].name == name) return guess;
+    const rhi::BindingInfo* info = interface.Find(name);
+    if (!info) Fail(pass, "binds {}: no such binding; {}", Quoted(name), BindingsText(interface));
+    return static_cast<size_t>(info - bindings.data());
+}
+
 void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
-                    const rhi::ShaderInterface& interface, uint64_t maxStorageBytes) {
-    const rhi::BindingInfo* info = interface.Find(bound.name);
-    if (!info) Fail(pass, "binds {}: no such binding; {}", Quoted(bound.name), BindingsText(interface));
+                    const rhi::BindingInfo* info, uint64_t maxStorageBytes) {
     if (!FitsKind(bound, info->kind))
         Fail(pass, "binds {} as {}; in {} it is a {}", Quoted(bound.name), AskedKind(bound),
              info->firstShader, rhi::Name(info->kind));
@@ -204,14 +216,14 @@ void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
              declared.constants.size(), interface.pushConstantShader, block);
 }
 
-// Every binding that a shader uses must be bound: using an unbound one is undefined behavior.
+// Every binding that a shader uses must be bound: using an unbound one is undefined behavior. Those that are
+// have their place in isPlaced.
 void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
                    const rhi::ShaderInterface& interface) {
     std::string missing;
-    for (const rhi::BindingInfo& info : interface.bindings) {
-        if (!info.isUsed) continue;
-        const auto isBound = [&](const DeclaredBinding& bound) { return bound.name == info.name; };
-        if (std::ranges::none_of(declared.bindings, isBound))
+    for (size_t place = 0; place < interface.bindings.size(); ++place) {
+        const rhi::BindingInfo& info = interface.bindings[place];
+        if (info.isUsed && !declared.isPlaced[place])
             missing += Text("{}{} ({}, in {})", missing.empty() ? "" : ", ", info.name, KindText(info),
                             info.firstShader);
     }
@@ -222,8 +234,9 @@ void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
 
 }  // namespace
 
-void PassDeclaration::Clear(PassKind kind) {
+void PassDeclaration::Clear(PassKind kind, Program* lastProgram) {
     request.Clear(kind);
+    guess = lastProgram;
     bindings.clear();
     addressTables.clear();
     textureSet = kNone;
@@ -234,10 +247,7 @@ void PassDeclaration::Clear(PassKind kind) {
     hasConstants = false;
     constantAlignment = 1;
     constants.clear();
-    program = nullptr;
     isDividable = kind == PassKind::Compute;
-    portion = {};
-    execute = nullptr;
 }
 
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
@@ -274,12 +284,15 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
         if (declared.hasConstants) Fail(pass, "{}: it cannot take constants", kind);
         return;
     }
+    std::vector<size_t>& places = declared.places;
+    if (places.size() < declared.bindings.size()) places.resize(declared.bindings.size());
+    declared.isPlaced.assign(interface->bindings.size(), 0);
     for (size_t i = 0; i < declared.bindings.size(); ++i) {
         DeclaredBinding& bound = declared.bindings[i];
-        for (size_t earlier = 0; earlier < i; ++earlier)
-            if (declared.bindings[earlier].name == bound.name)
-                Fail(pass, "binds {} twice", Quoted(bound.name));
-        ResolveBinding(graph, pass, bound, *interface, maxStorageBytes);
+        places[i] = PlaceOf(*interface, pass, bound.name, places[i]);
+        if (std::exchange(declared.isPlaced[places[i]], uint8_t{1}))
+            Fail(pass, "binds {} twice", Quoted(bound.name));
+        ResolveBinding(graph, pass, bound, &interface->bindings[places[i]], maxStorageBytes);
     }
     ListAddressTables(*interface, declared.addressTables);
     CheckComplete(pass, declared, *interface);
@@ -335,19 +348,21 @@ PassMarks::PassMarks(rhi::Device& device)
     std::memset(m_words.Mapped().data(), 0, m_words.Mapped().size());
 }
 
-void PassMarks::BeginFrame(uint64_t frame) {
+void PassMarks::BeginFrame(uint64_t number, const FrameGraph& graph, const Plan& plan) {
     const std::lock_guard lock(m_mutex);
-    m_slot = frame % m_frames.size();
-    m_frames[m_slot].number = frame;
-    m_frames[m_slot].passes.clear();
+    m_slot = number % m_frames.size();
+    m_marked = 0;
+    Frame& frame = m_frames[m_slot];
+    frame.number = number;
+    frame.passCount = static_cast<uint32_t>(std::min<size_t>(plan.passes.size(), kMaxPasses));
+    if (frame.passes.size() < frame.passCount) frame.passes.resize(frame.passCount);
+    for (uint32_t i = 0; i < frame.passCount; ++i) frame.passes[i] = graph.passes[plan.passes[i].pass].name;
 }
 
-void PassMarks::Mark(rhi::CommandList& commands, const std::string& pass) {
-    const std::lock_guard lock(m_mutex);
-    Frame& frame = m_frames[m_slot];
-    if (frame.passes.size() == kMaxPasses) return;
-    commands.Fill(m_words, ValueOf(frame.number), OffsetOf(m_slot, frame.passes.size()), sizeof(uint32_t));
-    frame.passes.push_back(pass);
+void PassMarks::Mark(rhi::CommandList& commands) {
+    const Frame& frame = m_frames[m_slot];  // only this thread changes it
+    if (m_marked == frame.passCount) return;
+    commands.Fill(m_words, ValueOf(frame.number), OffsetOf(m_slot, m_marked++), sizeof(uint32_t));
 }
 
 std::string PassMarks::Report() const {
@@ -356,7 +371,7 @@ std::string PassMarks::Report() const {
     size_t reached = 0;
     for (size_t slot = 0; slot < m_frames.size(); ++slot) {
         const Frame& frame = m_frames[slot];
-        for (size_t pass = 0; pass < frame.passes.size(); ++pass) {
+        for (size_t pass = 0; pass < frame.passCount; ++pass) {
             uint32_t word = 0;
             std::memcpy(&word, m_words.Mapped().data() + OffsetOf(slot, pass), sizeof word);
             if (word != ValueOf(frame.number) || (newest && newest->number > frame.number)) continue;
@@ -366,7 +381,7 @@ std::string PassMarks::Report() const {
     }
     if (!newest) return {};
     return Text("the last pass reached was pass {} ({} of {}) of frame {}", Quoted(newest->passes[reached]),
-                reached + 1, newest->passes.size(), newest->number);
+                reached + 1, newest->passCount, newest->number);
 }
 
 }  // namespace raygraph

@@ -1,46 +1,46 @@
-// PassDeclaration: what one setup function has declared, filled by PassBuilder. One object is reused for the
-// same position in every frame, so that its memory is allocated once. PassMarks: which pass the device had
-// reached when it was lost. Threads: that of the Renderer, except for PassMarks::Report.
+// PassDeclaration: what one setup function declares, filled by PassBuilder. One object serves all passes, so
+// that its memory is allocated once. DeclaredPass: what the frame keeps of it. PassMarks: which pass the
+// device had reached when it was lost. Threads: that of the Renderer, except for PassMarks::Report.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <mutex>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/pass_builder.h"
 #include "renderer/graph/plan.h"
 #include "renderer/graph/program.h"
+#include "renderer/graph/renderer.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
 
 namespace raygraph {
 
-class PassResources;
-
 enum class BindVerb : uint8_t { Reads, Writes, Updates, Uniform };
 
 // Describes a resource, or a block of uniform data, bound by a name in set 0.
 struct DeclaredBinding {
-    std::string name;
-    BindVerb verb = BindVerb::Reads;
-    ResourceKind kind = ResourceKind::Buffer;
+    std::string_view name;                  // lives as long as the frame
+    const rhi::Sampler* sampler = nullptr;  // null unless the texture is read through a sampler
     uint32_t resource = kNone;              // index into FrameGraph::resources; kNone: uniform data
     uint32_t use = kNone;                   // index into FrameGraph::uses
-    const rhi::Sampler* sampler = nullptr;  // null unless the texture is read through a sampler
-    uint64_t uniformOffset = 0;             // offset in the frame's uniform memory
-    uint64_t uniformBytes = 0;
-    size_t uniformAlignment = 1;
+    uint32_t uniformOffset = 0;             // offset in the frame's uniform memory
+    uint32_t uniformBytes = 0;
+    uint32_t uniformAlignment = 1;
+    BindVerb verb = BindVerb::Reads;
+    ResourceKind kind = ResourceKind::Buffer;
     // The following fields are set from the shaders by ResolveBindings.
     bool isPart = false;  // a part of a texture, which takes its own view
     rhi::ImageShape shape = rhi::ImageShape::Plain;
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
-    bool isAddress = false;      // the buffer is bound by its address, in a uniform block
-    uint32_t addressOffset = 0;  // offset in that block
+    uint32_t addressOffset = 0;  // offset in the uniform block that holds the buffer's address
+    bool isAddress = false;      // the buffer is bound by that
 };
 
 // Describes a uniform block with addresses of buffers, which the graph fills.
@@ -69,12 +69,29 @@ struct PassDeclaration {
     bool hasConstants = false;
     size_t constantAlignment = 1;
     std::vector<std::byte> constants;
-    Program* program = nullptr;  // null: the pass has no shaders
-    bool isDividable = false;    // `execute` covers what CommandList::PortionOf returns
-    rhi::Portion portion;        // what this frame executes
-    std::function<void(rhi::CommandList&, const PassResources&)> execute;
+    bool isDividable = false;  // what the pass executes covers what CommandList::PortionOf returns
+    // The program of the last frame's pass at this position, which is mostly that of this one, too.
+    Program* guess = nullptr;
+    // The places of the bindings in the shaders' interface. ResolveBindings first tries those that are here.
+    std::vector<size_t> places;
+    std::vector<uint8_t> isPlaced;  // by binding of the interface: the pass binds it
 
-    void Clear(PassKind kind);
+    void Clear(PassKind kind, Program* lastProgram);
+};
+
+// Describes a declared pass of the open frame, whose memory the spans are in.
+struct DeclaredPass {
+    Program* program = nullptr;  // null: the pass has no shaders
+    std::span<const DeclaredBinding> bindings;
+    std::span<const AddressTable> addressTables;
+    std::span<const DeclaredColor> colors;
+    std::span<const std::byte> constants;
+    uint32_t textureSet = kNone;  // index into FrameGraph::resources
+    uint32_t depth = kNone;       // index into FrameGraph::resources
+    DepthLoad depthLoad;
+    Subresources depthPart;
+    rhi::Portion portion;  // what this frame executes
+    PassBody execute;
 };
 
 // Declares a use of a resource by the last pass of `graph`, under a name of its shaders. Returns the id after
@@ -85,7 +102,7 @@ ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::strin
                             const rhi::Sampler* sampler = nullptr, const Subresources& part = {}) {
     const ResourceId<Kind> after = graph.Use(id, access, part);
     DeclaredBinding& bound = pass.bindings.emplace_back();
-    bound.name = name;
+    bound.name = graph.Keep(name);
     bound.verb = verb;
     bound.kind = Kind;
     bound.resource = after.resource;
@@ -117,10 +134,10 @@ class PassMarks {
     explicit PassMarks(rhi::Device& device);
 
     // Starts the marks of a frame, whose memory is that of the frame framesInFlight before.
-    void BeginFrame(uint64_t frame);
-    // Marks the begin of the next pass. Must be recorded outside of rendering, after the pass's barriers,
-    // which must make transfers wait, too.
-    void Mark(rhi::CommandList& commands, const std::string& pass);
+    void BeginFrame(uint64_t number, const FrameGraph& graph, const Plan& plan);
+    // Marks the begin of the next pass of the plan. Must be recorded outside of rendering, after the pass's
+    // barriers, which must make transfers wait, too.
+    void Mark(rhi::CommandList& commands);
     // Returns the last mark of the newest frame that has one, `the last pass reached was pass "Trace" (2 of
     // 3) of frame 12`; empty if there is none. May be called from any thread.
     std::string Report() const;
@@ -128,7 +145,8 @@ class PassMarks {
   private:
     struct Frame {
         uint64_t number = 0;
-        std::vector<std::string> passes;
+        uint32_t passCount = 0;
+        std::vector<std::string> passes;  // the first passCount; others keep their memory
     };
     uint64_t OffsetOf(size_t slot, size_t pass) const {
         return (slot * kMaxPasses + pass) * sizeof(uint32_t);
@@ -141,6 +159,7 @@ class PassMarks {
     rhi::Buffer m_words;
     std::vector<Frame> m_frames;  // indexed by slot
     size_t m_slot = 0;
+    uint32_t m_marked = 0;  // passes of the current frame
 };
 
 }  // namespace raygraph

@@ -61,6 +61,19 @@ struct Plan {
     // By block, after the frame: one state for all its occupants together, since an earlier one may extend
     // beyond the last.
     std::vector<ResourceState> blockStates;
+
+    // Empties the plan; the vectors keep their memory.
+    void Clear() {
+        passes.clear();
+        culled.clear();
+        barriers.clear();
+        acquire = finish = release = {};
+        lifetimes.clear();
+        blocks.clear();
+        bytesWithoutAliasing = 0;
+        states.clear();
+        blockStates.clear();
+    }
 };
 
 }  // namespace raygraph

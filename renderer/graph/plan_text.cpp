@@ -13,7 +13,8 @@ namespace raygraph {
 
 namespace {
 
-std::string Padded(std::string text, size_t width) {
+std::string Padded(std::string_view given, size_t width) {
+    std::string text(given);
     text.append(text.size() < width ? width - text.size() : 1, ' ');
     return text;
 }
@@ -119,7 +120,7 @@ void PlanWriter::WriteCulled() {
     m_text += "\nculled\n";
     for (const uint32_t p : m_plan.culled) {
         const GraphPass& pass = m_graph.passes[p];
-        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + CullReason(m_graph, m_plan, p) + '\n';
+        m_text += Text("    {} ({}): {}\n", pass.name, Name(pass.kind), CullReason(m_graph, m_plan, p));
     }
 }
 
@@ -154,7 +155,7 @@ void PlanWriter::WriteBlocks() {
         });
         m_text += Text("    block {}, {}:", block, BytesText(m_plan.blocks[block].size));
         for (size_t i = 0; i < occupants.size(); ++i)
-            m_text += (i == 0 ? " " : ", then ") + m_graph.resources[occupants[i]].name;
+            m_text.append(i == 0 ? " " : ", then ").append(m_graph.resources[occupants[i]].name);
         m_text += '\n';
     }
 }
@@ -171,9 +172,10 @@ std::string UseText(const FrameGraph& graph, const ResourceUse& use) {
 std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) {
     const GraphResource& resource = graph.resources[barrier.resource];
     const Dependency& dependency = barrier.dependency;
-    std::string text = resource.name + rhi::PartText(barrier.part, resource.levels, resource.layers) + ": ";
+    std::string text =
+        Text("{}{}: ", resource.name, rhi::PartText(barrier.part, resource.levels, resource.layers));
     if (barrier.predecessor != kNone)
-        text += "memory of " + graph.resources[barrier.predecessor].name + ", ";
+        text += Text("memory of {}, ", graph.resources[barrier.predecessor].name);
     else if (barrier.followsLastFrame)
         text += "memory of the last frame, ";
     if (dependency.srcStages == VK_PIPELINE_STAGE_2_NONE)
@@ -210,8 +212,8 @@ std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culle
     if (pass.waits) return "its series goes on with it in another frame";
     std::string unused;
     std::string culledReaders;
-    const auto add = [](std::string& list, const std::string& name) {
-        if (list.find(name) == std::string::npos) list += (list.empty() ? "" : ", ") + name;
+    const auto add = [](std::string& list, std::string_view name) {
+        if (list.find(name) == std::string::npos) list.append(list.empty() ? "" : ", ").append(name);
     };
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
@@ -232,7 +234,9 @@ std::string CullReason(const FrameGraph& graph, const Plan& plan, uint32_t culle
                 add(culledReaders, reader.name);
             }
         }
-        if (!isUsed) add(unused, resource.name + rhi::PartText(use.part, resource.levels, resource.layers));
+        if (!isUsed)
+            add(unused,
+                Text("{}{}", resource.name, rhi::PartText(use.part, resource.levels, resource.layers)));
     }
     if (unused.empty() && culledReaders.empty()) return "it writes nothing";
     std::string why;
@@ -250,7 +254,7 @@ std::string DescribePlan(const FrameGraph& graph, const Plan& plan) {
 
 namespace {
 
-std::string Escaped(const std::string& text) {
+std::string Escaped(std::string_view text) {
     std::string escaped;
     for (const char c : text) {
         if (c == '"' || c == '\\') escaped += '\\';

@@ -69,7 +69,11 @@ void ProgramRequest::ListShaders(std::vector<const Shader*>& shaders) const {
     for (const Shader* shader : callables) add(shader);
 }
 
-Program* ProgramCache::Find(const ProgramRequest& request) {
+Program* ProgramCache::Find(const ProgramRequest& request, Program* guess) {
+    if (guess && guess->m_request == request) {
+        guess->m_isRequested = true;
+        return guess;
+    }
     const auto known =
         std::ranges::find_if(m_programs, [&](const auto& program) { return program->m_request == request; });
     if (known == m_programs.end()) return nullptr;
@@ -80,6 +84,12 @@ Program* ProgramCache::Find(const ProgramRequest& request) {
 Program& ProgramCache::Add(const ProgramRequest& request, std::string_view pass) {
     auto program = std::make_unique<Program>();
     program->m_request = request;
+    std::vector<std::string> constants;
+    for (const SpecializationRequest& constant : request.specialization)
+        constants.emplace_back(constant.name);
+    program->m_constants = std::make_shared<const std::vector<std::string>>(std::move(constants));
+    for (size_t i = 0; i < program->m_constants->size(); ++i)
+        program->m_request.specialization[i].name = (*program->m_constants)[i];
     Reflect(*program, pass);
     return *m_programs.emplace_back(std::move(program));
 }
@@ -179,12 +189,13 @@ void ProgramCache::EndFrame() {
         if (std::exchange(program->m_isRequested, false)) program->m_lastRequested = m_frameEnd;
 }
 
-void ProgramCache::Trim(double lifetime) {
-    std::erase_if(m_programs, [&](const auto& known) {
+bool ProgramCache::Trim(double lifetime) {
+    const size_t removed = std::erase_if(m_programs, [&](const auto& known) {
         const Program& program = *known;
         const std::chrono::duration<double> unused = m_frameEnd - program.m_lastRequested;
         return !program.m_isRequested && unused.count() > lifetime && !program.IsCompiling();
     });
+    return removed > 0;
 }
 
 bool ProgramCache::IsCompilingPipelines() const {
@@ -297,6 +308,7 @@ std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> ch
         if (std::ranges::none_of(program->m_shaders, isChanged)) continue;
         Program next;
         next.m_request = program->m_request;
+        next.m_constants = program->m_constants;
         next.m_lastRequested = program->m_lastRequested;
         try {
             Reflect(next, program->m_name);

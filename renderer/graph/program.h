@@ -35,7 +35,7 @@ struct HitShaders {
 };
 
 struct SpecializationRequest {
-    std::string name;
+    std::string_view name;  // lives as long as the frame, or as the Program that has the request
     uint32_t value = 0;
 
     bool operator==(const SpecializationRequest&) const = default;
@@ -81,6 +81,10 @@ class Program {
     const std::string& Name() const { return m_name; }  // name of its first shader
     const rhi::ShaderInterface& Interface() const { return m_interface; }
     PassKind Kind() const { return m_request.kind; }
+    std::span<const Shader* const> Shaders() const { return m_shaders; }  // without repetition
+    // The places in the interface of what the last pass with this program has bound, in its order. Other
+    // passes mostly bind in the same order.
+    std::vector<size_t> lastPlaces;
     const rhi::ComputePipeline& Compute() const { return m_pipeline.compute; }
     const rhi::RasterPipeline& Raster() const { return m_pipeline.raster; }
     const rhi::RayTracingPipeline& RayTracing() const { return m_pipeline.rayTracing; }
@@ -92,8 +96,9 @@ class Program {
     }
 
     ProgramRequest m_request;
+    std::shared_ptr<const std::vector<std::string>> m_constants;  // the names in the request
     std::string m_name;
-    std::vector<const Shader*> m_shaders;  // without repetition
+    std::vector<const Shader*> m_shaders;
     rhi::ShaderInterface m_interface;
     std::vector<rhi::SpecializationValue> m_specialization;
     // A frame has requested it since the last one ended.
@@ -109,7 +114,8 @@ class ProgramCache {
   public:
     explicit ProgramCache(rhi::Device& device) : m_device(device) {}
 
-    Program* Find(const ProgramRequest& request);  // null: it has never been requested
+    // Returns null if it has never been requested. Tries `guess` first, which may be null.
+    Program* Find(const ProgramRequest& request, Program* guess = nullptr);
     // Throws Error{Usage} that starts with `pass` (as in: pass "Trace") for shaders that do not fit together,
     // or a specialization constant that none of them has.
     Program& Add(const ProgramRequest& request, std::string_view pass);
@@ -125,8 +131,9 @@ class ProgramCache {
     // A frame was executed, which needed the programs that were requested since the last one.
     void EndFrame();
     // Must be called between frames. Removes programs that no frame has needed for more than `lifetime`
-    // seconds before the end of the last frame, except those on which threads are working.
-    void Trim(double lifetime);
+    // seconds before the end of the last frame, except those on which threads are working. Returns whether
+    // there were any.
+    bool Trim(double lifetime);
     bool IsCompilingPipelines() const;  // on other threads
     // Waits until no thread reads shaders.
     void WaitForPipelines();

@@ -20,7 +20,7 @@ Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc
       shaders(desc.shaderRoot, desc.shaderIncludes),
       programs(rhiDevice),
       transients(rhiDevice),
-      timer(rhiDevice, desc.gpuTimes),
+      timer(rhiDevice, desc.gpuTimes, desc.keptTimings),
       submitted(rhiDevice.FramesInFlight(), 0),
       uniformBuffers(rhiDevice.FramesInFlight()) {
     graph.queueFamily = device.QueueFamily();
@@ -62,10 +62,11 @@ void Renderer::BeginFrame() {
     if (impl.isCompiled) {
         std::swap(impl.graph, impl.lastGraph);
         std::swap(impl.plan, impl.lastPlan);
+        std::swap(impl.resources, impl.lastResources);
         impl.graph.queueFamily = impl.lastGraph.queueFamily;
         impl.graph.blockStates = impl.lastGraph.blockStates;
         impl.hasLastPlan = true;
-        impl.isCompiled = false;
+        impl.isCompiled = impl.isRepeated = false;
     }
     const uint64_t next = impl.frameNumber + 1;
     impl.device.WaitFor({impl.OldestInFlight()});
@@ -79,7 +80,6 @@ void Renderer::BeginFrame() {
     impl.abandonReason.clear();
     impl.compileMs = 0.0;
     impl.isOpen = true;
-    impl.openFrame = std::make_shared<const uint64_t>(next);
     impl.sinceBegin = {};
 }
 
@@ -96,6 +96,8 @@ void Renderer::DropFrame(DropPolicy semaphores) {
 }
 
 std::weak_ptr<const void> Renderer::OpenFrame() const {
+    if (m_impl->CanExecute() && !m_impl->openFrame)
+        m_impl->openFrame = std::make_shared<const uint64_t>(m_impl->frameNumber);
     return m_impl->openFrame;
 }
 
@@ -133,7 +135,8 @@ void Renderer::Impl::CloseFrame() {
     signals.Clear();
     persistents.DropReplacements();
     // The execute functions may keep captured objects alive.
-    for (PassDeclaration& pass : passes) pass.execute = nullptr;
+    for (DeclaredPass& pass : passes) pass.execute = {};
+    passMemory.Clear();
     for (const std::shared_ptr<Readback::State>& readback : readbacks)
         if (readback->submitted == Readback::State::kDeclared)
             readback->submitted = Readback::State::kDropped;
@@ -144,21 +147,19 @@ bool Renderer::WasExecuted(PassId pass) const {
 }
 
 std::string Renderer::DescribePlan() const {
-    if (m_impl->isCompiled) return raygraph::DescribePlan(m_impl->graph, m_impl->plan);
-    if (m_impl->hasLastPlan) return raygraph::DescribePlan(m_impl->lastGraph, m_impl->lastPlan);
-    throw Error(ErrorKind::Usage, "DescribePlan: no frame has been compiled yet");
+    const auto& [graph, plan] = LastCompiled();
+    return raygraph::DescribePlan(graph, plan);
 }
 
 std::string Renderer::DescribePlanDot() const {
-    if (m_impl->isCompiled) return raygraph::DescribePlanDot(m_impl->graph, m_impl->plan);
-    if (m_impl->hasLastPlan) return raygraph::DescribePlanDot(m_impl->lastGraph, m_impl->lastPlan);
-    throw Error(ErrorKind::Usage, "DescribePlanDot: no frame has been compiled yet");
+    const auto& [graph, plan] = LastCompiled();
+    return raygraph::DescribePlanDot(graph, plan);
 }
 
 Renderer::CompiledFrame Renderer::LastCompiled() const {
     if (m_impl->isCompiled) return {m_impl->graph, m_impl->plan};
     if (m_impl->hasLastPlan) return {m_impl->lastGraph, m_impl->lastPlan};
-    throw Error(ErrorKind::Usage, "LastCompiled: no frame has been compiled yet");
+    throw Error(ErrorKind::Usage, "there is no plan: no frame has been compiled yet");
 }
 
 const FrameTiming& Renderer::Timing() const {
@@ -184,7 +185,7 @@ std::vector<PipelineReport> Renderer::PipelineReports() {
 }
 
 std::vector<std::string> Renderer::ReloadShaders() {
-    if (m_impl->openFrame)
+    if (m_impl->CanExecute())
         throw Error(ErrorKind::Usage,
                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
     return WithMemoryErrors("ReloadShaders", [&] {
@@ -213,7 +214,7 @@ void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv)
     }
     if (std::ranges::equal(known->words, spirv)) return;
     const std::string subject = "AddShader " + Quoted(name) + ": ";
-    if (impl.openFrame)
+    if (impl.CanExecute())
         throw MakeError(ErrorKind::Usage,
                         "{}a frame is open, and its passes were checked against the shader of that name; it "
                         "comes before BeginFrame or after Execute",
@@ -240,7 +241,7 @@ auto PartsOf(const rhi::SamplerDesc& desc) {
 }
 
 GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextureDesc& desc) {
-    return {.name = std::string(name),
+    return {.name = name,
             .origin = origin,
             .extent = desc.extent,
             .format = desc.format,
@@ -249,11 +250,11 @@ GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextu
 }
 
 GraphResource BufferInfo(std::string_view name, Origin origin, uint64_t bytes) {
-    return {.name = std::string(name), .origin = origin, .bytes = bytes};
+    return {.name = name, .origin = origin, .bytes = bytes};
 }
 
 GraphResource ImportInfo(std::string_view name) {
-    return {.name = std::string(name), .origin = Origin::Imported};
+    return {.name = name, .origin = Origin::Imported};
 }
 
 void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpload) {
@@ -289,11 +290,17 @@ void Renderer::Impl::CheckTexture(std::string_view name, const GraphTextureDesc&
                         desc.layers, device.Info().name, most);
 }
 
-template <ResourceKind Kind>
-ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const FrameResource& behind) {
-    const ResourceId<Kind> id = graph.Add<Kind>(std::move(resource));
-    resources.push_back(behind);
+void Renderer::Impl::Change() {
     isCompiled = false;
+    if (std::exchange(isRepeated, false)) std::swap(plan, lastPlan);
+}
+
+template <ResourceKind Kind>
+ResourceId<Kind> Renderer::Impl::AddResource(const GraphResource& resource, const FrameResource& behind,
+                                             std::span<const ResourceState> otherStates) {
+    const ResourceId<Kind> id = graph.Add<Kind>(resource, otherStates);
+    resources.push_back(behind);
+    Change();
     return id;
 }
 
@@ -311,7 +318,7 @@ BufferId Renderer::CreateBuffer(std::string_view name, const GraphBufferDesc& de
         return PersistBuffer(m_impl->openSeries->NameOf(name), desc, Persistence::Always);
     GraphResource resource = BufferInfo(name, Origin::Transient, desc.size);
     resource.isHostWritten = desc.memory == rhi::MemoryKind::Upload;
-    return m_impl->AddResource<ResourceKind::Buffer>(std::move(resource), {.memory = desc.memory});
+    return m_impl->AddResource<ResourceKind::Buffer>(resource, {.memory = desc.memory});
 }
 
 template <ResourceKind Kind, typename ResourceDesc>
@@ -328,8 +335,8 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
     Persistent& persistent = persistents.Find(name, desc);
     resource.persistence = persistence;
     resource.state = persistent.states.front();
-    resource.otherStates.assign(persistent.states.begin() + 1, persistent.states.end());
-    const ResourceId<Kind> id = AddResource<Kind>(std::move(resource), {.persistent = &persistent});
+    const ResourceId<Kind> id =
+        AddResource<Kind>(resource, {.persistent = &persistent}, std::span(persistent.states).subspan(1));
     persistent.lastFrame = frameNumber;
     persistent.resource = id.resource;
     return id;
@@ -401,7 +408,7 @@ ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Objec
     if (state) resource.state = *state;
     FrameResource behind{.state = state};
     behind.*member = &object;
-    return AddResource<Kind>(std::move(resource), behind);
+    return AddResource<Kind>(resource, behind);
 }
 
 TextureId Renderer::Import(std::string_view name, const rhi::Texture& texture, ResourceState& state) {
@@ -463,39 +470,42 @@ PassId Renderer::NextPass() const {
     return {static_cast<uint32_t>(m_impl->graph.passes.size())};
 }
 
-PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
-                               ExecuteFunction execute) {
+Arena& Renderer::BodyMemory() {
+    return m_impl->passMemory;
+}
+
+PassId Renderer::AddPassErased(std::string_view name, PassKind kind, void (*setup)(const void*, PassBuilder&),
+                               const void* setupData, PassBody execute) {
     Impl& impl = *m_impl;
-    const std::string subject = "AddPass " + Quoted(name);
-    impl.RequireOpen(subject);
-    PassDeclaration& pass = impl.StartPass(name, kind);
+    // Texts are made only for an error, since frames declare this often.
+    const auto subject = [&] { return "AddPass " + Quoted(name); };
+    if (!impl.CanExecute()) impl.RequireOpen(subject());
+    impl.StartPass(name, kind);
+    DeclaredPass& pass = impl.passes[impl.graph.passes.size() - 1];
     try {
-        WithMemoryErrors(subject, [&] {
-            PassBuilder builder(*this, impl.graph, impl.shaders, pass);
-            setup(builder);
-            impl.FinishPass(pass);
-            if (impl.IsDivided()) impl.TakeIntoSeries(pass);
-        });
+        PassBuilder builder(*this, impl.graph, impl.shaders, impl.declaration);
+        setup(setupData, builder);
+        impl.FinishPass(pass);
+        if (impl.IsDivided()) impl.TakeIntoSeries(pass);
     } catch (...) {
         // A half-declared pass cannot be undone: its writes have made ids stale.
         impl.Abandon("pass " + Quoted(name) + " was not declared");
-        throw;
+        WithMemoryErrors(subject(), [] { throw; });
     }
     pass.execute = std::move(execute);
     return {static_cast<uint32_t>(impl.graph.passes.size() - 1)};
 }
 
-PassDeclaration& Renderer::Impl::StartPass(std::string_view name, PassKind kind) {
-    isCompiled = false;
+void Renderer::Impl::StartPass(std::string_view name, PassKind kind) {
+    Change();
     const uint32_t index = graph.AddPass(name, kind);
     if (passes.size() <= index) passes.emplace_back();
-    passes[index].Clear(kind);
-    passes[index].request.isDividable = IsDivided() && kind == PassKind::Compute;
-    return passes[index];
+    declaration.Clear(kind, passes[index].program);
+    declaration.request.isDividable = IsDivided() && kind == PassKind::Compute;
 }
 
 // Decides which part of the last pass this frame executes, if it is one of the series.
-void Renderer::Impl::TakeIntoSeries(PassDeclaration& pass) {
+void Renderer::Impl::TakeIntoSeries(DeclaredPass& pass) {
     GraphPass& info = graph.passes.back();
     const std::span uses(graph.uses.data() + info.firstUse, info.useCount);
     const auto isOfSeries = [&](const ResourceUse& use) {
@@ -506,7 +516,7 @@ void Renderer::Impl::TakeIntoSeries(PassDeclaration& pass) {
                              [&](const ResourceUse& use) { return Writes(use.access) && isOfSeries(use); }))
         return;
     const PassId id{static_cast<uint32_t>(graph.passes.size() - 1)};
-    const SeriesFrame::Parts parts = openSeries->Take(info.name, pass.isDividable, id, frameNumber);
+    const SeriesFrame::Parts parts = openSeries->Take(info.name, declaration.isDividable, id, frameNumber);
     for (const ResourceUse& use : uses)
         if (isOfSeries(use)) openSeries->NoteUse(graph.resources[use.resource].name);
     info.waits = parts.IsEmpty();
@@ -539,6 +549,7 @@ void Renderer::CancelSeries() {
     m_impl->RequireOpen("CancelSeries");
     if (!m_impl->openSeries) throw Error(ErrorKind::Usage, "CancelSeries: no series is open");
     for (const PassId pass : m_impl->openSeries->Taken()) m_impl->graph.passes[pass.index].waits = true;
+    m_impl->Change();
     m_impl->openSeries.reset();
 }
 
@@ -548,22 +559,35 @@ void Renderer::Release(PassSeries& series) {
     series.m_done = {};
 }
 
-void Renderer::Impl::FinishPass(PassDeclaration& pass) {
+void Renderer::Impl::FinishPass(DeclaredPass& pass) {
     const GraphPass& info = graph.passes.back();
-    ResolveTargets(graph, pass);
+    ResolveTargets(graph, declaration);
     const bool needsShaders =
         info.kind == PassKind::RayTracing || info.kind == PassKind::Compute || info.kind == PassKind::Raster;
-    if (needsShaders || pass.request.HasShaders()) {
-        pass.program = programs.Find(pass.request);
-        if (!pass.program) {
-            CheckShaders(info, pass.request);
-            pass.program = &programs.Add(pass.request, "pass " + Quoted(info.name));
+    Program* program = nullptr;
+    if (needsShaders || declaration.request.HasShaders()) {
+        program = programs.Find(declaration.request, declaration.guess);
+        if (!program) {
+            CheckShaders(info, declaration.request);
+            program = &programs.Add(declaration.request, "pass " + Quoted(info.name));
         }
     }
-    ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr,
+    if (program) std::swap(declaration.places, program->lastPlaces);
+    ResolveBindings(graph, declaration, program ? &program->Interface() : nullptr,
                     device.Info().maxStorageBufferBytes);
-    for (AddressTable& table : pass.addressTables) table.uniformOffset = TakeUniform(table.bytes);
+    if (program) std::swap(declaration.places, program->lastPlaces);
+    for (AddressTable& table : declaration.addressTables) table.uniformOffset = TakeUniform(table.bytes);
     CollectUsages(info);
+    pass.program = program;
+    pass.bindings = passMemory.Copy(declaration.bindings);
+    pass.addressTables = passMemory.Copy(declaration.addressTables);
+    pass.colors = passMemory.Copy(declaration.colors);
+    pass.constants = passMemory.Copy(declaration.constants);
+    pass.textureSet = declaration.textureSet;
+    pass.depth = declaration.depth;
+    pass.depthLoad = declaration.depthLoad;
+    pass.depthPart = declaration.depthPart;
+    pass.portion = {};
 }
 
 // Allocates zeroed bytes in the frame's uniform memory, and returns their offset.
@@ -604,26 +628,26 @@ void Renderer::Present(TextureId texture) {
     if (behind.texture && !rhi::Has(behind.texture->Desc().usage, rhi::TextureUsage::Sampled))
         throw MakeError(ErrorKind::Usage, "Present shows {}, which was made without the usage Sampled",
                         Quoted(m_impl->graph.resources[texture.resource].name));
-    m_impl->isCompiled = false;
+    m_impl->Change();
 }
 
 void Renderer::Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily) {
     m_impl->RequireOpen("Export");
     m_impl->graph.Export(texture, layout, queueFamily);
-    m_impl->isCompiled = false;
+    m_impl->Change();
 }
 
 void Renderer::Export(BufferId buffer, uint32_t queueFamily) {
     m_impl->RequireOpen("Export");
     m_impl->graph.Export(buffer, queueFamily);
-    m_impl->isCompiled = false;
+    m_impl->Change();
 }
 
 void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
     m_impl->RequireOpen("WaitSemaphore");
     m_impl->waits.Add(semaphore, dropPolicy);
     m_impl->graph.waitStages |= semaphore.stages;
-    m_impl->isCompiled = false;
+    m_impl->Change();
 }
 
 void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, DropPolicy dropPolicy) {
@@ -722,7 +746,8 @@ Readback Renderer::ReadBack(TextureId texture, uint32_t level, uint32_t layer) {
     if (!missing.empty())
         throw MakeError(ErrorKind::Usage, "ReadBack reads {}: {}", Quoted(impl.graph.resources[index].name),
                         missing);
-    const std::string name = impl.graph.resources[index].name + rhi::PartText(part, desc.levels, desc.layers);
+    const std::string name =
+        Text("{}{}", impl.graph.resources[index].name, rhi::PartText(part, desc.levels, desc.layers));
     const Extent2D extent = rhi::MipExtent(desc.extent, level);
     const uint64_t bytes = rhi::ImageBytes(desc.format, extent);
     Readback readback;
@@ -747,7 +772,7 @@ Readback Renderer::ReadBack(BufferId buffer) {
     Impl& impl = *m_impl;
     impl.RequireOpen("ReadBack");
     const uint32_t index = impl.graph.Resolve(buffer, "ReadBack reads");
-    const std::string name = impl.graph.resources[index].name;
+    const std::string name(impl.graph.resources[index].name);
     Readback readback;
     readback.m_state = impl.TakeReadback(impl.graph.resources[index].bytes);
     readback.m_state->extent = {};

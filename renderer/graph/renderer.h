@@ -14,9 +14,12 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/api.h"
+#include "base/arena.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
@@ -50,6 +53,9 @@ struct RendererDesc {
     std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
     bool passMarks = true;  // record on the device which pass was reached, for the report of a lost device
+    // The number of frames whose timings wait for TakeTimings; older ones are dropped. With 0, a host that
+    // looks at Timing() alone allocates no memory for the others.
+    uint32_t keptTimings = 4096;
 };
 
 // Describes a texture of the graph. Its usage flags follow from the passes that use it.
@@ -80,6 +86,48 @@ class RAYGRAPH_API PassResources {
     PassResources(const Renderer& renderer, uint32_t pass) : m_renderer(renderer), m_pass(pass) {}
     const Renderer& m_renderer;
     uint32_t m_pass;
+};
+
+// Holds what a pass executes, in the memory of its frame. For AddPass alone.
+class RAYGRAPH_API PassBody {
+  public:
+    PassBody() = default;
+    PassBody(PassBody&& other) noexcept { *this = std::move(other); }
+    PassBody& operator=(PassBody&& other) noexcept {
+        if (this == &other) return *this;
+        if (m_destroy) m_destroy(m_body);
+        m_body = std::exchange(other.m_body, nullptr);
+        m_run = std::exchange(other.m_run, nullptr);
+        m_destroy = std::exchange(other.m_destroy, nullptr);
+        return *this;
+    }
+    ~PassBody() {
+        if (m_destroy) m_destroy(m_body);
+    }
+
+    template <typename Body>
+    static PassBody In(Arena& memory, Body&& given) {
+        using Own = std::decay_t<Body>;
+        PassBody body;
+        body.m_body = new (memory.Take(sizeof(Own), alignof(Own))) Own(std::forward<Body>(given));
+        body.m_run = [](void* own, CommandList& commands, const PassResources& resources) {
+            if constexpr (std::is_invocable_v<Own&, CommandList&, const PassResources&>)
+                (*static_cast<Own*>(own))(commands, resources);
+            else
+                (*static_cast<Own*>(own))(commands);
+        };
+        if constexpr (!std::is_trivially_destructible_v<Own>)
+            body.m_destroy = [](void* own) { static_cast<Own*>(own)->~Own(); };
+        return body;
+    }
+    void operator()(CommandList& commands, const PassResources& resources) {
+        m_run(m_body, commands, resources);
+    }
+
+  private:
+    void* m_body = nullptr;
+    void (*m_run)(void*, CommandList&, const PassResources&) = nullptr;
+    void (*m_destroy)(void*) = nullptr;  // null: there is nothing to destroy
 };
 
 // A copy of a texture or buffer that is read back by the CPU. Valid until the Renderer is destroyed. Copies
@@ -187,9 +235,8 @@ class RAYGRAPH_API Renderer {
     GraphBufferDesc Desc(BufferId buffer) const;
 
     // --- Passes ---
-    using SetupFunction = std::function<void(PassBuilder&)>;
-    using ExecuteFunction = std::function<void(CommandList&, const PassResources&)>;
-    // `execute` takes (CommandList&) or (CommandList&, const PassResources&).
+    // `setup` takes (PassBuilder&) and runs now. `execute` takes (CommandList&) or (CommandList&,
+    // const PassResources&), and runs when the frame is executed.
     template <typename Setup, typename ExecuteBody>
     PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute);
 
@@ -274,7 +321,8 @@ class RAYGRAPH_API Renderer {
     CompiledFrame LastCompiled() const;
     // Returns the latest frame whose GPU times have arrived; empty before the first.
     const FrameTiming& Timing() const;
-    // Returns all timings that arrived since the last call, oldest first.
+    // Returns all timings that arrived since the last call, oldest first, of up to
+    // RendererDesc::keptTimings frames.
     std::vector<FrameTiming> TakeTimings();
     // Returns the milliseconds spent on creating pipelines so far, and the number of pipelines.
     double PipelineCreationMs() const;
@@ -295,8 +343,9 @@ class RAYGRAPH_API Renderer {
   private:
     friend class PassBuilder;
     friend class PassResources;
-    PassId AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
-                         ExecuteFunction execute);
+    PassId AddPassErased(std::string_view name, PassKind kind, void (*setup)(const void*, PassBuilder&),
+                         const void* setupData, PassBody execute);
+    Arena& BodyMemory();
 
     struct Impl;
     std::unique_ptr<Impl> m_impl;
@@ -304,13 +353,13 @@ class RAYGRAPH_API Renderer {
 
 template <typename Setup, typename ExecuteBody>
 PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute) {
-    // The setup runs before this call returns, so that a reference is enough
-    if constexpr (std::is_invocable_v<ExecuteBody&, CommandList&, const PassResources&>)
-        return AddPassErased(name, kind, std::ref(setup), std::forward<ExecuteBody>(execute));
-    else
-        return AddPassErased(name, kind, std::ref(setup),
-                             [run = std::forward<ExecuteBody>(execute)](
-                                 CommandList& commands, const PassResources&) mutable { run(commands); });
+    // The setup runs before this call returns, so that a reference is enough.
+    const auto runSetup = [&setup](PassBuilder& builder) { setup(builder); };
+    const auto call = [](const void* data, PassBuilder& builder) {
+        (*static_cast<const decltype(runSetup)*>(data))(builder);
+    };
+    return AddPassErased(name, kind, call, &runSetup,
+                         PassBody::In(BodyMemory(), std::forward<ExecuteBody>(execute)));
 }
 
 }  // namespace raygraph

@@ -19,7 +19,7 @@ rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResourc
     // A texture that only culled passes declare still needs memory requirements, for which any usage will do.
     const rhi::TextureUsage usage =
         behind.textureUsage == rhi::TextureUsage::None ? rhi::TextureUsage::Sampled : behind.textureUsage;
-    return {.name = resource.name,
+    return {.name = std::string(resource.name),
             .extent = resource.extent,
             .format = resource.format,
             .usage = usage,
@@ -30,7 +30,8 @@ rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResourc
 rhi::BufferDesc BufferDescOf(const GraphResource& resource, const FrameResource& behind) {
     const rhi::BufferUsage usage =
         behind.bufferUsage == rhi::BufferUsage::None ? rhi::BufferUsage::Storage : behind.bufferUsage;
-    return {.name = resource.name, .size = resource.bytes, .usage = usage, .memory = behind.memory};
+    return {
+        .name = std::string(resource.name), .size = resource.bytes, .usage = usage, .memory = behind.memory};
 }
 
 // A debug label around a pass, closed also when its body throws.
@@ -49,22 +50,44 @@ class Label {
 
 }  // namespace
 
+// Compiles the frame, unless it is declared like the last one: then that plan is taken over.
 void Renderer::Impl::CompileFrame() {
     if (isCompiled) return;
     const Stopwatch stopwatch;
     for (size_t r = 0; r < resources.size(); ++r) {
-        GraphResource& resource = graph.resources[r];
-        const FrameResource& behind = resources[r];
-        if (behind.state) resource.state = *behind.state;
-        if (resource.origin != Origin::Transient || behind.memory != rhi::MemoryKind::Device) continue;
-        if (resource.kind == ResourceKind::Texture)
-            resource.memory = transients.RequirementsOf(TextureDescOf(resource, behind));
-        else if (resource.kind == ResourceKind::Buffer)
-            resource.memory = transients.RequirementsOf(BufferDescOf(resource, behind));
+        if (resources[r].state) graph.resources[r].state = *resources[r].state;
+        if (graph.resources[r].origin == Origin::Transient) FindRequirements(r);
     }
-    plan = raygraph::Compile(graph);
+    isRepeated = hasLastPlan && graph.HasSamePlanAs(lastGraph);
+    if (isRepeated)
+        std::swap(plan, lastPlan);
+    else
+        raygraph::Compile(graph, plan, compileMemory);
     isCompiled = true;
     compileMs += stopwatch.Milliseconds();
+}
+
+// Finds the memory requirements of a transient. The last frame mostly had the same at this place.
+void Renderer::Impl::FindRequirements(size_t r) {
+    GraphResource& resource = graph.resources[r];
+    const FrameResource& behind = resources[r];
+    if (behind.memory != rhi::MemoryKind::Device) return;
+    if (hasLastPlan && r < lastResources.size()) {
+        const GraphResource& last = lastGraph.resources[r];
+        const FrameResource& lastBehind = lastResources[r];
+        if (last.origin == Origin::Transient && last.kind == resource.kind &&
+            last.extent == resource.extent && last.format == resource.format &&
+            last.levels == resource.levels && last.layers == resource.layers &&
+            last.bytes == resource.bytes && lastBehind.textureUsage == behind.textureUsage &&
+            lastBehind.bufferUsage == behind.bufferUsage && lastBehind.memory == behind.memory) {
+            resource.memory = last.memory;
+            return;
+        }
+    }
+    if (resource.kind == ResourceKind::Texture)
+        resource.memory = transients.RequirementsOf(TextureDescOf(resource, behind));
+    else if (resource.kind == ResourceKind::Buffer)
+        resource.memory = transients.RequirementsOf(BufferDescOf(resource, behind));
 }
 
 void Renderer::Compile() {
@@ -82,8 +105,8 @@ bool Renderer::PreparePipelines() {
     return isReady;
 }
 
-std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, PassId end,
-                                                               std::string_view what) const {
+std::span<const DeclaredPass> Renderer::Impl::PassesBetween(PassId first, PassId end,
+                                                            std::string_view what) const {
     RequireOpen(what);
     if (first.index > end.index || end.index > graph.passes.size())
         throw MakeError(ErrorKind::Usage, "{}: passes {} to {} were asked for, of {} that are declared", what,
@@ -93,14 +116,14 @@ std::span<const PassDeclaration> Renderer::Impl::PassesBetween(PassId first, Pas
 
 bool Renderer::PreparePipelines(PassId first, PassId end) {
     bool isReady = true;
-    for (const PassDeclaration& pass : m_impl->PassesBetween(first, end, "PreparePipelines"))
+    for (const DeclaredPass& pass : m_impl->PassesBetween(first, end, "PreparePipelines"))
         if (pass.program) isReady &= m_impl->programs.BeginPipeline(*pass.program);
     return isReady;
 }
 
 bool Renderer::HasPipelines(PassId first, PassId end) const {
-    const std::span<const PassDeclaration> requested = m_impl->PassesBetween(first, end, "HasPipelines");
-    return std::ranges::all_of(requested, [&](const PassDeclaration& pass) {
+    const std::span<const DeclaredPass> requested = m_impl->PassesBetween(first, end, "HasPipelines");
+    return std::ranges::all_of(requested, [&](const DeclaredPass& pass) {
         return !pass.program || m_impl->programs.HasPipeline(*pass.program);
     });
 }
@@ -110,12 +133,13 @@ bool Renderer::IsPreparingPipelines() const {
 }
 
 void Renderer::ReleasePipelines(double lifetime) {
-    if (!m_impl->isOpen) m_impl->programs.Trim(lifetime);
+    if (m_impl->isOpen || !m_impl->programs.Trim(lifetime)) return;
+    for (DeclaredPass& pass : m_impl->passes) pass.program = nullptr;  // it may be one of those
 }
 
 // Finds or creates the objects that the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
-    transients.Reserve(plan.blocks, frameNumber);
+    const bool areBlocksKept = transients.Reserve(plan.blocks, frameNumber);
     // No pass of this frame may access the shown texture, if it is unchanged.
     for (const Root& root : graph.roots)
         if (resources[root.resource].persistent)
@@ -130,23 +154,45 @@ void Renderer::Impl::Prepare() {
             persistents.Ensure(device, *behind.persistent);
             (resource.kind == ResourceKind::Texture ? void(behind.texture = &behind.persistent->texture)
                                                     : void(behind.buffer = &behind.persistent->buffer));
-        } else if (resource.origin == Origin::Transient && resource.kind == ResourceKind::Texture) {
-            behind.texture = &transients.Place(TextureDescOf(resource, behind), lifetime.block, frameNumber);
         } else if (resource.origin == Origin::Transient) {
-            const rhi::BufferDesc desc = BufferDescOf(resource, behind);
-            behind.buffer = lifetime.block == kNone ? &transients.TakeUpload(desc, frameNumber)
-                                                    : &transients.Place(desc, lifetime.block, frameNumber);
+            PlaceTransient(r, isRepeated && areBlocksKept);
         }
     }
-    std::vector<Program*> needed;
+    neededPrograms.clear();
     for (const PlannedPass& planned : plan.passes)
-        if (Program* program = passes[planned.pass].program) needed.push_back(program);
-    programs.EnsurePipelines(needed);
+        if (Program* program = passes[planned.pass].program) neededPrograms.push_back(program);
+    programs.EnsurePipelines(neededPrograms);
     for (const PlannedPass& planned : plan.passes) FillAddresses(passes[planned.pass]);
     UploadUniforms();
 }
 
-void Renderer::Impl::FillAddresses(const PassDeclaration& pass) {
+// Finds the object behind a transient. With `areLastValid` it is that of the last frame, if that has come so
+// far.
+void Renderer::Impl::PlaceTransient(size_t r, bool areLastValid) {
+    const GraphResource& resource = graph.resources[r];
+    FrameResource& behind = resources[r];
+    const uint32_t block = plan.lifetimes[r].block;
+    if (block == kNone) {
+        behind.buffer = &transients.TakeUpload(BufferDescOf(resource, behind), frameNumber);
+        return;
+    }
+    if (areLastValid && lastResources[r].lastUse) {
+        behind.texture = lastResources[r].texture;
+        behind.buffer = lastResources[r].buffer;
+        behind.lastUse = lastResources[r].lastUse;
+        *behind.lastUse = frameNumber;
+    } else if (resource.kind == ResourceKind::Texture) {
+        auto& placed = transients.Place(TextureDescOf(resource, behind), block, frameNumber);
+        behind.texture = &placed.object;
+        behind.lastUse = &placed.lastFrame;
+    } else {
+        auto& placed = transients.Place(BufferDescOf(resource, behind), block, frameNumber);
+        behind.buffer = &placed.object;
+        behind.lastUse = &placed.lastFrame;
+    }
+}
+
+void Renderer::Impl::FillAddresses(const DeclaredPass& pass) {
     for (const AddressTable& table : pass.addressTables) {
         for (const DeclaredBinding& binding : pass.bindings) {
             if (!binding.isAddress || binding.binding != table.binding) continue;
@@ -172,29 +218,36 @@ void Renderer::Impl::UploadUniforms() {
 }
 
 void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
-    if (marks) marks->BeginFrame(frameNumber);
+    if (marks) marks->BeginFrame(frameNumber, graph, plan);
     timer.BeginFrame(commands);
     RecordBarriers(commands, plan.acquire, false);
-    for (const PlannedPass& planned : plan.passes) {
-        const Stopwatch stopwatch;
+    timing.passes.resize(plan.passes.size());  // those of an earlier frame, whose names keep their memory
+    const Stopwatch stopwatch;
+    double before = 0.0;
+    for (size_t position = 0; position < plan.passes.size(); ++position) {
+        const PlannedPass& planned = plan.passes[position];
         RecordPass(commands, planned);
         timer.Stamp(commands);
-        timing.passes.push_back({.name = graph.passes[planned.pass].name,
-                                 .cpuMs = stopwatch.Milliseconds(),
-                                 .gpuMs = 0.0,
-                                 .kind = graph.passes[planned.pass].kind,
-                                 .id = {planned.pass}});
+        const double now = stopwatch.Milliseconds();
+        PassTiming& pass = timing.passes[position];
+        pass.name = graph.passes[planned.pass].name;
+        pass.cpuMs = now - before;
+        pass.gpuMs = 0.0;
+        pass.kind = graph.passes[planned.pass].kind;
+        pass.id = {planned.pass};
+        before = now;
     }
     RecordBarriers(commands, plan.finish, false);
     RecordBarriers(commands, plan.release, false);
 }
 
 void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& planned) {
-    const PassDeclaration& pass = passes[planned.pass];
+    DeclaredPass& pass = passes[planned.pass];
     const GraphPass& info = graph.passes[planned.pass];
-    const Label label(commands, info.name);
+    label = info.name;
+    const Label scope(commands, label);
     RecordBarriers(commands, planned.barriers, marks != nullptr);
-    if (marks) marks->Mark(commands, info.name);
+    if (marks) marks->Mark(commands);
     if (pass.program) BindPass(commands, pass);
     if (info.kind == PassKind::Raster) BeginTargets(commands, pass);
     commands.SetPortion(pass.portion);
@@ -259,7 +312,7 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
     commands.Barriers(std::span(&memory, hasMemory ? 1 : 0), imageBarriers, bufferBarriers);
 }
 
-void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration& pass) {
+void Renderer::Impl::BindPass(rhi::CommandList& commands, const DeclaredPass& pass) {
     switch (pass.program->Kind()) {
         case PassKind::Compute:
             commands.Bind(pass.program->Compute());
@@ -301,11 +354,10 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration&
     commands.BindResources(bound);
     const rhi::ShaderInterface& interface = pass.program->Interface();
     if (interface.usesTextureTable) commands.BindTextures(*resources[pass.textureSet].textures);
-    if (pass.hasConstants)
-        commands.PushConstants(std::span(pass.constants).first(interface.pushConstants.bytes));
+    if (!pass.constants.empty()) commands.PushConstants(pass.constants.first(interface.pushConstants.bytes));
 }
 
-void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass) {
+void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const DeclaredPass& pass) {
     colorTargets.clear();
     for (const DeclaredColor& color : pass.colors) {
         rhi::ColorTarget& target = colorTargets.emplace_back();
@@ -385,7 +437,7 @@ rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host
 }
 
 rhi::Submission Renderer::Impl::Finish(std::string_view call, VkCommandBuffer host) {
-    FrameTiming timing;
+    FrameTiming timing = timer.NewTiming();
     timing.frame = frameNumber;
     timing.declareMs = sinceBegin.Milliseconds();
     rhi::Submission frame;
@@ -426,12 +478,14 @@ const rhi::Buffer& PassResources::Buffer(BufferId id) const {
 
 uint32_t Renderer::Impl::DeclaredBy(uint32_t pass, AnyId id) const {
     const GraphPass& info = graph.passes[pass];
-    const std::string asks = "pass " + Quoted(info.name) + " asks for";
-    const uint32_t resource = graph.ResolveAnyVersion(id, asks);
+    const auto asks = [&] { return "pass " + Quoted(info.name) + " asks for"; };
+    const bool isGood = id.isValid && id.frame == (graph.frame & TextureId::kFrameMask) &&
+                        id.resource < graph.resources.size() && graph.resources[id.resource].kind == id.kind;
+    const uint32_t resource = isGood ? id.resource : graph.ResolveAnyVersion(id, asks());
     const auto begin = graph.uses.begin() + info.firstUse;
     const auto isMatch = [&](const ResourceUse& use) { return use.resource == resource; };
     if (std::none_of(begin, begin + info.useCount, isMatch))
-        throw MakeError(ErrorKind::Usage, "{} {}, which it did not declare in its setup", asks,
+        throw MakeError(ErrorKind::Usage, "{} {}, which it did not declare in its setup", asks(),
                         Quoted(graph.resources[resource].name));
     return resource;
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ struct FrameResource {
     const ResourceState* blasState = nullptr;  // identifies the BLAS set
     ResourceState* state = nullptr;            // state of an import
     Persistent* persistent = nullptr;
+    uint64_t* lastUse = nullptr;  // of a transient in a block: TransientPool's frame number of its last use
 };
 
 // Holds the semaphores that a frame waits for, or those that it signals.
@@ -119,22 +121,25 @@ struct Renderer::Impl {
     // Throws Error{Usage} outside of a frame, or in one that failed.
     void RequireOpen(std::string_view what) const;
     template <ResourceKind Kind>
-    ResourceId<Kind> AddResource(GraphResource resource, const FrameResource& behind);
+    ResourceId<Kind> AddResource(const GraphResource& resource, const FrameResource& behind,
+                                 std::span<const ResourceState> otherStates = {});
     template <ResourceKind Kind, typename Object>
     ResourceId<Kind> ImportObject(std::string_view name, const Object& object,
                                   const Object* FrameResource::*member, GraphResource resource,
                                   ResourceState* state);
+    // Must be called by every declaration: `plan` is no longer that of the frame.
+    void Change();
     template <ResourceKind Kind, typename ResourceDesc>
     ResourceId<Kind> PersistResource(std::string_view name, const ResourceDesc& desc, Persistence persistence,
                                      GraphResource resource);
     bool HasNoContents(AnyId id, const Subresources& requested) const;
     void CheckTexture(std::string_view name, const GraphTextureDesc& desc) const;
     const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
-    PassDeclaration& StartPass(std::string_view name, PassKind kind);
+    void StartPass(std::string_view name, PassKind kind);
     // Returns whether the passes that are declared now belong to a series of several frames.
     bool IsDivided() const { return openSeries && openSeries->IsDivided(); }
-    void TakeIntoSeries(PassDeclaration& pass);
-    void FinishPass(PassDeclaration& pass);
+    void TakeIntoSeries(DeclaredPass& pass);
+    void FinishPass(DeclaredPass& pass);
     void CollectUsages(const GraphPass& pass);
     BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
     std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
@@ -142,17 +147,19 @@ struct Renderer::Impl {
     // --- Executing (renderer_execute.cpp) ---
     //
     // Returns the passes [first, end) of the open frame; throws Error{Usage} for passes of others.
-    std::span<const PassDeclaration> PassesBetween(PassId first, PassId end, std::string_view what) const;
+    std::span<const DeclaredPass> PassesBetween(PassId first, PassId end, std::string_view what) const;
     void CompileFrame();
+    void FindRequirements(size_t resource);
     void Prepare();
+    void PlaceTransient(size_t resource, bool areLastValid);
     uint64_t TakeUniform(uint64_t bytes);
-    void FillAddresses(const PassDeclaration& pass);
+    void FillAddresses(const DeclaredPass& pass);
     void UploadUniforms();
     void Record(rhi::CommandList& commands, FrameTiming& timing);
     void RecordPass(rhi::CommandList& commands, const PlannedPass& planned);
     void RecordBarriers(rhi::CommandList& commands, const BarrierRange& range, bool holdsTransfers);
-    void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
-    void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
+    void BindPass(rhi::CommandList& commands, const DeclaredPass& pass);
+    void BeginTargets(rhi::CommandList& commands, const DeclaredPass& pass);
     rhi::Submission Submit(FrameTiming& timing, VkCommandBuffer host);
     // Executes the open frame, or records it into a buffer of the host; on an Error it is dropped.
     rhi::Submission Finish(std::string_view call, VkCommandBuffer host);
@@ -182,14 +189,19 @@ struct Renderer::Impl {
     // The current frame.
     uint64_t frameNumber = 0;
     bool isOpen = false;  // between BeginFrame and Execute
-    // Number of the open frame; null once it cannot be executed any more.
-    std::shared_ptr<const uint64_t> openFrame;
+    // What OpenFrame returns for the open frame, if it has been called.
+    mutable std::shared_ptr<const uint64_t> openFrame;
     std::string abandonReason;  // why the open frame cannot be executed; empty: it can
-    bool isCompiled = false;    // `plan` is that of `graph`
+    bool CanExecute() const { return isOpen && abandonReason.empty(); }
+    bool isCompiled = false;  // `plan` is that of `graph`
+    bool isRepeated = false;  // and the last frame had the same, so that `lastPlan` is not valid
     FrameGraph graph;
     Plan plan;
+    CompileMemory compileMemory;
+    Arena passMemory;                      // what DeclaredPass refers to
     std::vector<FrameResource> resources;  // by FrameGraph::resources
-    std::vector<PassDeclaration> passes;   // may be longer than FrameGraph::passes, to keep the memory
+    PassDeclaration declaration;           // of the pass whose setup runs
+    std::vector<DeclaredPass> passes;      // may be longer than FrameGraph::passes, for the next frame
     std::vector<std::byte> uniformBytes;   // all uniform data of the frame
     FrameSemaphores waits;
     FrameSemaphores signals;
@@ -202,6 +214,7 @@ struct Renderer::Impl {
     // The last compiled frame, even after the next one has begun.
     FrameGraph lastGraph;
     Plan lastPlan;
+    std::vector<FrameResource> lastResources;
     bool hasLastPlan = false;
 
     // By frame in flight.
@@ -217,6 +230,8 @@ struct Renderer::Impl {
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;
     std::vector<rhi::BoundResource> bound;
     std::vector<rhi::ColorTarget> colorTargets;
+    std::vector<Program*> neededPrograms;
+    std::string label;
 };
 
 }  // namespace raygraph

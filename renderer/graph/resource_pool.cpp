@@ -139,10 +139,10 @@ auto& FindPlaced(Entries& entries, const Desc& desc, uint64_t frame, Make&& make
     for (auto& entry : entries) {
         if (entry->lastFrame == frame || !IsSame(entry->object.Desc(), desc)) continue;
         entry->lastFrame = frame;
-        return entry->object;
+        return *entry;
     }
     entries.push_back(std::make_unique<Entry>(Entry{make(), frame}));
-    return entries.back()->object;
+    return *entries.back();
 }
 
 template <typename Entries>
@@ -167,7 +167,8 @@ rhi::MemoryRequirements TransientPool::RequirementsOf(const rhi::BufferDesc& des
     });
 }
 
-void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame) {
+bool TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame) {
+    bool areKept = true;
     if (m_blocks.size() < blocks.size()) m_blocks.resize(blocks.size());
     for (size_t b = 0; b < blocks.size(); ++b) {
         Block& block = m_blocks[b];
@@ -175,6 +176,7 @@ void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uin
         if (!isOversized) block.lastFitting = frame;
         const bool isTooLarge = block.lastFitting + kKeepFrames < frame;
         if (!block.memory || isTooLarge || !Fits(blocks[b], block.memory.Requirements())) {
+            areKept = false;
             block.textures.clear();
             block.buffers.clear();
             block.memory = {};
@@ -183,14 +185,17 @@ void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uin
         }
         block.lastFrame = frame;
     }
+    return areKept;
 }
 
-const rhi::Texture& TransientPool::Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame) {
+TransientPool::Placed<rhi::Texture>& TransientPool::Place(const rhi::TextureDesc& desc, uint32_t block,
+                                                          uint64_t frame) {
     return FindPlaced(m_blocks[block].textures, desc, frame,
                       [&] { return m_device.CreateTexture(desc, m_blocks[block].memory); });
 }
 
-const rhi::Buffer& TransientPool::Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame) {
+TransientPool::Placed<rhi::Buffer>& TransientPool::Place(const rhi::BufferDesc& desc, uint32_t block,
+                                                         uint64_t frame) {
     return FindPlaced(m_blocks[block].buffers, desc, frame,
                       [&] { return m_device.CreateBuffer(desc, m_blocks[block].memory); });
 }

@@ -82,23 +82,25 @@ class TransientPool {
     rhi::MemoryRequirements RequirementsOf(const rhi::TextureDesc& desc);
     rhi::MemoryRequirements RequirementsOf(const rhi::BufferDesc& desc);
 
+    template <typename T>
+    struct Placed {
+        T object;
+        uint64_t lastFrame = 0;  // the last frame that used it
+    };
+
     // Makes block b large enough for blocks[b], for every b. Objects in a block that is replaced are
-    // destroyed.
-    void Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame);
-    // Returns the object at the start of a block. The reference is valid until the next Reserve.
-    const rhi::Texture& Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame);
-    const rhi::Buffer& Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame);
+    // destroyed; returns whether none was. `frame` uses these blocks.
+    bool Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame);
+    // Returns an object at the start of a block, for the frame of the last Reserve. The reference is valid
+    // until Reserve replaces the block, or Trim frees the object.
+    Placed<rhi::Texture>& Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame);
+    Placed<rhi::Buffer>& Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame);
     // Returns a buffer for memory that the CPU writes, which no other frame in flight uses.
     const rhi::Buffer& TakeUpload(const rhi::BufferDesc& desc, uint64_t frame);
     // Frees objects that have not been used for kKeepFrames frames.
     void Trim(uint64_t frame);
 
   private:
-    template <typename T>
-    struct Placed {
-        T object;
-        uint64_t lastFrame = 0;
-    };
     struct Block {
         rhi::MemoryBlock memory;
         uint64_t lastFrame = 0;    // last frame that used it

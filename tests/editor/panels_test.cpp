@@ -257,9 +257,10 @@ class GraphLayoutTest : public ::testing::Test {
     }
     std::string BoxNames(const GraphLayout& layout) const {
         std::string names;
-        for (const GraphBox& box : layout.boxes)
-            names +=
-                (box.isCulled ? "(" + graph.passes[box.pass].name + ")" : graph.passes[box.pass].name) + " ";
+        for (const GraphBox& box : layout.boxes) {
+            const std::string name(graph.passes[box.pass].name);
+            names += (box.isCulled ? "(" + name + ")" : name) + " ";
+        }
         return names;
     }
 

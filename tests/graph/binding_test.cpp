@@ -447,18 +447,18 @@ void ExpectAnew(PersistentStore& store, const Desc& changed) {
 TEST_F(TransientKeys, ADescriptionThatDiffersInAnyPart_IsOfAnotherObject) {
     uint64_t frame = 1;
     Reserve(frame);
-    const rhi::Texture* texture = &pool.Place(kTexture, 0, frame);
-    const rhi::Buffer* buffer = &pool.Place(kBuffer, 0, frame);
-    EXPECT_EQ(&pool.Place(kTexture, 0, ++frame), texture);
-    EXPECT_EQ(&pool.Place(kBuffer, 0, frame), buffer);
+    const rhi::Texture* texture = &pool.Place(kTexture, 0, frame).object;
+    const rhi::Buffer* buffer = &pool.Place(kBuffer, 0, frame).object;
+    EXPECT_EQ(&pool.Place(kTexture, 0, ++frame).object, texture);
+    EXPECT_EQ(&pool.Place(kBuffer, 0, frame).object, buffer);
     ForEachChange(
         kTexture, kOfTextures, [](TextureDesc& s) { return FieldsOf(s); },
-        [&](const TextureDesc& changed) { EXPECT_NE(&pool.Place(changed, 0, ++frame), texture); });
+        [&](const TextureDesc& changed) { EXPECT_NE(&pool.Place(changed, 0, ++frame).object, texture); });
     ForEachChange(
         kBuffer, kOfBuffers, [](BufferDesc& s) { return FieldsOf(s); },
         [&](const BufferDesc& changed) {
             if (changed.memory != kBuffer.memory) return;  // it is not placed in the block
-            EXPECT_NE(&pool.Place(changed, 0, ++frame), buffer);
+            EXPECT_NE(&pool.Place(changed, 0, ++frame).object, buffer);
         });
 }
 

@@ -429,7 +429,7 @@ std::string BindingRefusal(const GraphMaker& maker, TextureId texture, const Sub
     const rhi::Sampler sampler;
     const bool isSampled = kind == rhi::BindingKind::SampledImage;
     PassDeclaration pass;
-    pass.Clear(PassKind::Compute);
+    pass.Clear(PassKind::Compute, nullptr);
     return testing::ErrorTextOf([&] {
         AddBinding(graph, pass, "image", texture, BindVerb::Reads,
                    isSampled ? Access::Sampled : Access::StorageRead, isSampled ? &sampler : nullptr, part);
@@ -472,7 +472,7 @@ TEST(Misuse, TargetOfSeveralLayersOrOfAnotherSize) {
     const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
     const auto refusal = [&](const std::vector<Subresources>& targets) {
         PassDeclaration pass;
-        pass.Clear(PassKind::Raster);
+        pass.Clear(PassKind::Raster, nullptr);
         graph.AddPass("Draw", PassKind::Raster);
         for (const Subresources& part : targets)
             pass.colors.push_back({.index = static_cast<uint32_t>(pass.colors.size()),

@@ -146,7 +146,7 @@ struct GraphMaker : FrameGraph {
 
     // A transient of `mebibytes`; 0 leaves it out of aliasing.
     TextureId Texture(std::string_view name, uint64_t mebibytes = 0, uint32_t memoryTypeBits = 1) {
-        return Add<ResourceKind::Texture>({.name = std::string(name),
+        return Add<ResourceKind::Texture>({.name = name,
                                            .extent = {64, 64},
                                            .format = rhi::Format::Rgba32Float,
                                            .memory = Memory(mebibytes, memoryTypeBits)});
@@ -154,7 +154,7 @@ struct GraphMaker : FrameGraph {
     // One of several levels and layers.
     TextureId Chain(std::string_view name, uint32_t levels, uint32_t layers = 1, uint64_t mebibytes = 0,
                     Origin origin = Origin::Transient, const ResourceState& state = {}) {
-        return Add<ResourceKind::Texture>({.name = std::string(name),
+        return Add<ResourceKind::Texture>({.name = name,
                                            .origin = origin,
                                            .extent = {64, 64},
                                            .format = rhi::Format::Rgba32Float,
@@ -165,11 +165,11 @@ struct GraphMaker : FrameGraph {
     }
     BufferId Buffer(std::string_view name, uint64_t mebibytes = 0) {
         return Add<ResourceKind::Buffer>(
-            {.name = std::string(name), .bytes = mebibytes << 20, .memory = Memory(mebibytes, 1)});
+            {.name = name, .bytes = mebibytes << 20, .memory = Memory(mebibytes, 1)});
     }
     TextureId Persistent(std::string_view name, const ResourceState& state = {},
                          Persistence persistence = Persistence::OnDemand) {
-        return Add<ResourceKind::Texture>({.name = std::string(name),
+        return Add<ResourceKind::Texture>({.name = name,
                                            .origin = Origin::Persistent,
                                            .persistence = persistence,
                                            .extent = {64, 64},
@@ -178,7 +178,7 @@ struct GraphMaker : FrameGraph {
     }
     template <ResourceKind Kind>
     ResourceId<Kind> Imported(std::string_view name, const ResourceState& state = {}) {
-        return Add<Kind>({.name = std::string(name),
+        return Add<Kind>({.name = name,
                           .origin = Origin::Imported,
                           .extent = {64, 64},
                           .format = rhi::Format::Rgba8Unorm,
@@ -217,7 +217,7 @@ struct GraphMaker : FrameGraph {
     std::string Order() const {
         std::string names;
         for (const PlannedPass& planned : Compile(*this).passes)
-            names += (names.empty() ? "" : " ") + passes[planned.pass].name;
+            names.append(names.empty() ? "" : " ").append(passes[planned.pass].name);
         return names;
     }
 

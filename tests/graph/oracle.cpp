@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "base/text.h"
 #include "tests/graph/access_table.h"
 #include "tests/graph/oracle.h"
 
@@ -231,7 +232,7 @@ struct Oracle::Frame {
 
 Oracle::Object& Oracle::ObjectOf(Frame& frame, uint32_t r) {
     const bool isTransient = frame.Resource(r).origin == Origin::Transient;
-    Object& object = isTransient ? frame.passing[r] : m_objects[frame.Resource(r).name];
+    Object& object = isTransient ? frame.passing[r] : m_objects[std::string(frame.Resource(r).name)];
     // One that its owner has used as a whole, or a new one.
     if (object.images.size() != frame.PlaceCount(r)) {
         object.segments.resize(frame.PlaceCount(r), object.segments.front());
@@ -287,7 +288,7 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
 
     JudgeBarriers(frame, plan.acquire, "the first pass");
     for (const PlannedPass& planned : plan.passes) {
-        JudgeBarriers(frame, planned.barriers, graph.passes[planned.pass].name);
+        JudgeBarriers(frame, planned.barriers, std::string(graph.passes[planned.pass].name));
         JudgePass(frame, planned);
     }
     JudgeBarriers(frame, plan.finish, "the end");
@@ -296,7 +297,8 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
     for (const Root& root : graph.roots)
         if (root.kind == RootKind::Exported && root.queueFamily != graph.queueFamily &&
             ImageOf(frame, root.resource, 0).queueFamily != root.queueFamily)
-            frame.Note(graph.resources[root.resource].name + " is not released to its owner's queue family");
+            frame.Note(
+                Text("{} is not released to its owner's queue family", graph.resources[root.resource].name));
     return std::move(frame.wrong);
 }
 
@@ -307,13 +309,13 @@ void Oracle::JudgeSharing(Frame& frame) {
         const rhi::MemoryRequirements& block = frame.plan.blocks[frame.plan.lifetimes[a].block];
         if (needs.size > block.size || needs.alignment > block.alignment || block.memoryTypeBits == 0 ||
             (block.memoryTypeBits & ~needs.memoryTypeBits) != 0)
-            frame.Note(frame.Resource(a).name + " does not fit its block");
+            frame.Note(std::string(frame.Resource(a).name) + " does not fit its block");
         for (uint32_t b = 0; b < a; ++b)
             if (frame.IsShared(b) && frame.spans[b].IsUsed() &&
                 frame.plan.lifetimes[a].block == frame.plan.lifetimes[b].block &&
                 frame.spans[a].first <= frame.spans[b].last && frame.spans[b].first <= frame.spans[a].last)
-                frame.Note(frame.Resource(a).name + " and " + frame.Resource(b).name +
-                           " share memory and live at one time");
+                frame.Note(std::string(frame.Resource(a).name) + " and " +
+                           std::string(frame.Resource(b).name) + " share memory and live at one time");
     }
 }
 
@@ -351,7 +353,7 @@ void Oracle::JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std
     const Dependency& dependency = barrier.dependency;
     const Scope src{dependency.srcStages, dependency.srcAccess};
     const Scope dst{dependency.dstStages, dependency.dstAccess};
-    const std::string who = "the transition of " + frame.Resource(r).name + " before " + before;
+    const std::string who = "the transition of " + std::string(frame.Resource(r).name) + " before " + before;
     const bool isTexture = frame.Resource(r).kind == ResourceKind::Texture;
     if (isTexture && (barrier.part.level + barrier.part.levelCount > frame.Resource(r).levels ||
                       barrier.part.layer + barrier.part.layerCount > frame.Resource(r).layers))
@@ -424,7 +426,7 @@ void Oracle::JudgePass(Frame& frame, const PlannedPass& planned) {
 void Oracle::JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first, uint32_t place) {
     const uint32_t r = frame.graph.uses[first].resource;
     const GraphResource& resource = frame.Resource(r);
-    const std::string who = pass.name + " (" + resource.name + ")";
+    const std::string who = Text("{} ({})", pass.name, resource.name);
     Scope scope;
     bool writes = false, needsContents = false;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
@@ -480,7 +482,7 @@ void Oracle::JudgeEnd(Frame& frame) {
         const GraphResource& resource = frame.Resource(root.resource);
         for (uint32_t place = 0; place < frame.PlaceCount(root.resource); ++place)
             if (!HasNewest(frame, root.resource, place))
-                frame.Note("the end does not find the newest " + resource.name);
+                frame.Note(Text("the end does not find the newest {}", resource.name));
         const bool isExportedToo =
             std::any_of(frame.graph.roots.begin(), frame.graph.roots.end(), [&](const Root& other) {
                 return other.kind == RootKind::Exported && other.resource == root.resource;
@@ -499,7 +501,7 @@ void Oracle::JudgeEnd(Frame& frame) {
                 scope = {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT};
                 break;
         }
-        const std::string who = "the end (" + resource.name + ")";
+        const std::string who = Text("the end ({})", resource.name);
         for (uint32_t place = 0; place < frame.PlaceCount(root.resource); ++place) {
             if (resource.kind == ResourceKind::Texture &&
                 ImageOf(frame, root.resource, place).layout != layout)
@@ -517,10 +519,10 @@ void Oracle::JudgeEnd(Frame& frame) {
             const bool isAlways =
                 resource.persistence == Persistence::Always || frame.needsLastFrame.contains({r, place});
             if (resource.origin == Origin::Persistent && isAlways && !HasNewest(frame, r, place))
-                frame.Note("the next frame does not find the newest " + resource.name);
+                frame.Note(Text("the next frame does not find the newest {}", resource.name));
             if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
                 ImageOf(frame, r, place).layout != frame.plan.states[r].layout)
-                frame.Note("the owner of " + resource.name + " finds another layout");
+                frame.Note(Text("the owner of {} finds another layout", resource.name));
         }
 }
 

@@ -61,8 +61,8 @@ RandomFrames::RandomFrames(uint64_t seed, oracle::Oracle& oracle) : m_random(see
 
 void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
     Kept kept;
-    kept.resource = {.name = std::string(Name(origin)) + ' ' + std::to_string(m_kept.size()),
-                     .kind = kind,
+    kept.name = std::string(Name(origin)) + ' ' + std::to_string(m_kept.size());
+    kept.resource = {.kind = kind,
                      .origin = origin,
                      .persistence = Chance(30) ? Persistence::Always : Persistence::OnDemand,
                      .extent = {8, 8},
@@ -82,12 +82,12 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
 void RandomFrames::UseAsOwner(Kept& kept, oracle::Oracle& oracle) {
     ResourceState& state = kept.resource.state;
     if (kept.owner == Owner::Signals) {
-        oracle.OwnerSignals(kept.resource.name, m_waitStages, state.layout, kept.family);
+        oracle.OwnerSignals(kept.name, m_waitStages, state.layout, kept.family);
         if (kept.family == VK_QUEUE_FAMILY_IGNORED && Chance(50)) state = {.layout = state.layout};
         return;
     }
     const oracle::Scope copy{VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT};
-    oracle.OwnerUses(kept.resource.name, copy, state.layout);
+    oracle.OwnerUses(kept.name, copy, state.layout);
     if (m_frame == 0 || Chance(50))
         state = {.writeStages = copy.stages, .writeAccess = copy.access, .layout = state.layout};
 }
@@ -108,8 +108,8 @@ Subresources RandomFrames::PartOf(const GraphResource& texture) {
     return part;
 }
 
-GraphResource RandomFrames::Transient(uint32_t number) {
-    GraphResource resource{.name = "transient " + std::to_string(number),
+GraphResource RandomFrames::Transient(std::string_view name) {
+    GraphResource resource{.name = name,
                            .kind = Chance(60) ? ResourceKind::Texture : ResourceKind::Buffer,
                            .extent = {8, 8},
                            .format = rhi::Format::Rgba32Float,
@@ -124,16 +124,16 @@ GraphResource RandomFrames::Transient(uint32_t number) {
     return resource;
 }
 
-uint32_t RandomFrames::Add(GraphResource resource) {
+uint32_t RandomFrames::Add(const GraphResource& resource, std::span<const ResourceState> otherStates) {
     switch (resource.kind) {
         case ResourceKind::Texture:
-            return m_graph.Add<ResourceKind::Texture>(std::move(resource)).resource;
+            return m_graph.Add<ResourceKind::Texture>(resource, otherStates).resource;
         case ResourceKind::Buffer:
-            return m_graph.Add<ResourceKind::Buffer>(std::move(resource)).resource;
+            return m_graph.Add<ResourceKind::Buffer>(resource, otherStates).resource;
         case ResourceKind::Tlas:
-            return m_graph.Add<ResourceKind::Tlas>(std::move(resource)).resource;
+            return m_graph.Add<ResourceKind::Tlas>(resource, otherStates).resource;
         default:
-            return m_graph.Add<ResourceKind::BlasSet>(std::move(resource)).resource;
+            return m_graph.Add<ResourceKind::BlasSet>(resource, otherStates).resource;
     }
 }
 
@@ -168,9 +168,12 @@ const FrameGraph& RandomFrames::Declare() {
         kept.index = kNone;
         // Imports that were handed over for this frame have to be in it.
         if (kept.owner == Owner::Graph && Chance(20)) continue;
-        kept.index = Add(kept.resource);
+        GraphResource resource = kept.resource;
+        resource.name = kept.name;
+        kept.index = Add(resource, kept.otherStates);
     }
-    for (uint32_t i = 0, count = 2 + Below(7); i < count; ++i) Add(Transient(i));
+    for (uint32_t i = 0, count = 2 + Below(7); i < count; ++i)
+        Add(Transient("transient " + std::to_string(i)));
     for (uint32_t i = 0, count = 3 + Below(10); i < count; ++i) AddPass(i);
     AddRoots();
     return m_graph;
@@ -197,7 +200,10 @@ void RandomFrames::AddRoots() {
         if (resource.version == 0 || resource.origin == Origin::Imported) continue;
         const auto isFilled = [](uint8_t filled) { return filled != 0; };
         if (resource.kind == ResourceKind::Texture && Chance(15) &&
-            std::all_of(resource.isFilled.begin(), resource.isFilled.end(), isFilled))
+            (resource.SubresourceCount() == 1 ||
+             std::all_of(m_graph.isFilled.begin() + resource.firstFilled,
+                         m_graph.isFilled.begin() + resource.firstFilled + resource.SubresourceCount(),
+                         isFilled)))
             m_graph.Present(m_graph.IdOf<ResourceKind::Texture>(r));
         else if (resource.kind == ResourceKind::Buffer && Chance(15))
             ReadOnHost(r);
@@ -223,7 +229,7 @@ void RandomFrames::ReadOnHost(uint32_t resource) {
              .kind = ResourceKind::Buffer,
              .origin = Origin::Imported,
              .bytes = 64});
-    m_graph.AddPass("read back " + m_graph.resources[resource].name, PassKind::Transfer);
+    m_graph.AddPass("read back " + std::string(m_graph.resources[resource].name), PassKind::Transfer);
     Use(resource, Access::CopyRead);
     Use(target, Access::CopyWrite);
     m_graph.ReadOnHost(m_graph.IdOf<ResourceKind::Buffer>(target));
@@ -233,12 +239,12 @@ void RandomFrames::Commit(const Plan& plan, oracle::Oracle& oracle) {
     m_graph.blockStates = plan.blockStates;
     for (Kept& kept : m_kept) {
         if (kept.index == kNone) continue;
-        kept.resource.otherStates.clear();
+        kept.otherStates.clear();
         m_graph.ForEachSubresource(kept.index, [&](uint32_t number, auto&&) {
             if (number == kept.index)
                 kept.resource.state = plan.states[number];
             else if (kept.resource.origin == Origin::Persistent)
-                kept.resource.otherStates.push_back(plan.states[number]);
+                kept.otherStates.push_back(plan.states[number]);
         });
         if (kept.owner != Owner::Graph) UseAsOwner(kept, oracle);
     }

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <random>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/graph/frame_graph.h"
@@ -32,7 +34,9 @@ class RandomFrames {
     };
     // A persistent or imported resource.
     struct Kept {
-        GraphResource resource;
+        std::string name;
+        GraphResource resource;  // without its name
+        std::vector<ResourceState> otherStates = {};
         Owner owner = Owner::Graph;
         uint32_t family = VK_QUEUE_FAMILY_IGNORED;  // of an owner that signals
         uint32_t index = kNone;                     // in the frame
@@ -40,12 +44,12 @@ class RandomFrames {
 
     uint32_t Below(uint32_t count) { return static_cast<uint32_t>(m_random() % count); }
     bool Chance(uint32_t percent) { return Below(100) < percent; }
-    GraphResource Transient(uint32_t number);
+    GraphResource Transient(std::string_view name);
     void MakeParts(GraphResource& texture);
     Subresources PartOf(const GraphResource& texture);
     void AddKept(ResourceKind kind, Origin origin);
     void UseAsOwner(Kept& kept, oracle::Oracle& oracle);
-    uint32_t Add(GraphResource resource);
+    uint32_t Add(const GraphResource& resource, std::span<const ResourceState> otherStates = {});
     bool Use(uint32_t resource, Access access);
     void AddPass(uint32_t number);
     void AddRoots();

@@ -119,8 +119,9 @@ bool HasSomethingToSee(const FrameGraph& graph, const Plan& plan, size_t positio
     // Subresources with one barrier have one state.
     const GraphResource& resource = graph.resources[barrier.resource];
     const uint32_t place = barrier.part.layer * resource.levels + barrier.part.level;
-    const ResourceState& before =
-        place == 0 || resource.otherStates.empty() ? resource.state : resource.otherStates[place - 1];
+    const ResourceState& before = place == 0 || !resource.hasOtherStates
+                                      ? resource.state
+                                      : graph.otherStates[resource.firstOther + place - 1];
     if (before.writeStages != VK_PIPELINE_STAGE_2_NONE) return true;
     return std::any_of(plan.passes.begin(), plan.passes.begin() + static_cast<ptrdiff_t>(position),
                        [&](const PlannedPass& planned) {
@@ -223,7 +224,8 @@ TEST(RandomGraph, ShortenedLifetimeIsFound) {
                 Plan fault = plan;
                 fault.lifetimes[r].last = lifetime.first;
                 fault.blocks.clear();
-                PlanMemory(graph, fault);
+                BlockMemory memory;
+                PlanMemory(graph, fault, memory);
                 // Only where the planner took the opportunity
                 bool isShared = false;
                 for (uint32_t other = 0; other < graph.resources.size(); ++other)
@@ -232,8 +234,9 @@ TEST(RandomGraph, ShortenedLifetimeIsFound) {
                                             plan.lifetimes[other].first <= lifetime.last &&
                                             lifetime.first <= plan.lifetimes[other].last);
                 if (isShared)
-                    lifetimes.Judge(oracle, graph, fault,
-                                    "seed " + std::to_string(seed) + ": " + graph.resources[r].name);
+                    lifetimes.Judge(
+                        oracle, graph, fault,
+                        "seed " + std::to_string(seed) + ": " + std::string(graph.resources[r].name));
             }
         });
     EXPECT_GT(lifetimes.planted, 50u);

@@ -21,9 +21,9 @@ constexpr VkImageLayout kGeneral = VK_IMAGE_LAYOUT_GENERAL;
 // The lines of the plan that tell of barriers, with the names of their passes.
 std::string Waits(const FrameGraph& graph, const Plan& plan) {
     std::string text;
-    const auto range = [&](const std::string& before, const BarrierRange& barriers) {
+    const auto range = [&](std::string_view before, const BarrierRange& barriers) {
         for (uint32_t b = barriers.first; b < barriers.first + barriers.count; ++b)
-            text += before + ": " + BarrierText(graph, plan.barriers[b]) + '\n';
+            text.append(before).append(": " + BarrierText(graph, plan.barriers[b]) + '\n');
     };
     for (const PlannedPass& planned : plan.passes) range(graph.passes[planned.pass].name, planned.barriers);
     range("end", plan.finish);
@@ -157,8 +157,9 @@ TEST(Subresources, PersistentChain_GoesOnFromTheStateOfEachLevel) {
         if (one.level == 0)
             resource.state = before.states[number];
         else
-            resource.otherStates.push_back(before.states[number]);
+            second.otherStates[one.level - 1] = before.states[number];
     });
+    resource.hasOtherStates = true;
     second.Look("Sample", history);
     EXPECT_EQ(
         Waits(second),

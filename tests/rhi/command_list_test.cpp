@@ -473,7 +473,7 @@ TEST_F(TimestampsTest, AreMonotoneAndNoLongerThanTheWallTime) {
     Device().WaitFor({value});
     const double wall =
         std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
-    const std::optional<rhi::TimestampFrame> frame = pool.Poll();
+    const rhi::TimestampFrame* const frame = pool.Poll();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->submitted, value);
     ASSERT_EQ(frame->nanoseconds.size(), 9u);
@@ -488,13 +488,13 @@ TEST_F(TimestampsTest, EveryFrameIsReturnedOnceInOrder) {
     std::vector<uint64_t> submitted, returned;
     for (uint32_t i = 0; i < 10; ++i) {
         submitted.push_back(Frame(i % 3));
-        while (const std::optional<rhi::TimestampFrame> frame = pool.Poll()) {
+        while (const rhi::TimestampFrame* const frame = pool.Poll()) {
             EXPECT_EQ(frame->nanoseconds.size(), returned.size() % 3 + 1);
             returned.push_back(frame->submitted);
         }
         Device().WaitFor({submitted.back()});
     }
-    while (const std::optional<rhi::TimestampFrame> frame = pool.Poll()) returned.push_back(frame->submitted);
+    while (const rhi::TimestampFrame* const frame = pool.Poll()) returned.push_back(frame->submitted);
     EXPECT_EQ(returned, submitted);
     EXPECT_EQ(pool.LostFrameCount(), 0u);
 }
@@ -530,7 +530,7 @@ TEST_F(TimestampsTest, FrameThatWasNeverSubmitted_IsGivenUp) {
     }
     const uint64_t value = Frame(1);
     Device().WaitFor({value});
-    const std::optional<rhi::TimestampFrame> frame = pool.Poll();
+    const rhi::TimestampFrame* const frame = pool.Poll();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->submitted, value);
     EXPECT_EQ(pool.LostFrameCount(), 0u);

@@ -7,8 +7,10 @@ namespace {
 
 thread_local size_t largestAllocation = ~size_t{0};
 thread_local size_t successesLeft = 0;
+thread_local size_t allocationCount = 0;
 
 bool Succeeds(size_t bytes) {
+    ++allocationCount;
     if (bytes <= largestAllocation) return true;
     if (successesLeft == 0) return false;
     --successesLeft;
@@ -26,6 +28,10 @@ FailingMemory::FailingMemory(size_t bytes, size_t successes) {
 
 FailingMemory::~FailingMemory() {
     largestAllocation = ~size_t{0};
+}
+
+size_t AllocationCount() {
+    return allocationCount;
 }
 
 }  // namespace raygraph::testing

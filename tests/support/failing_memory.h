@@ -1,4 +1,4 @@
-// Memory that is spent: operator new of the program that links this fails on demand.
+// Memory that is spent, and allocations that are counted: by operator new of the program that links this.
 #pragma once
 
 #include <cstddef>
@@ -14,5 +14,8 @@ class FailingMemory {
     FailingMemory(const FailingMemory&) = delete;
     FailingMemory& operator=(const FailingMemory&) = delete;
 };
+
+// Returns how often this thread has called operator new so far.
+size_t AllocationCount();
 
 }  // namespace raygraph::testing
