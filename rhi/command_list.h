@@ -98,8 +98,7 @@ class RAYGRAPH_API CommandList {
     // Dispatches over `extent` with the bound compute pipeline's own workgroup size.
     void DispatchOver(Extent2D extent);
     // Restricts later dispatches to a part of their workgroups, so that portions that follow each other
-    // execute each workgroup once, with the ids that it has in the whole. Pipelines must be
-    // ComputePipelineDesc::isDividable unless the portion is whole. TraceRays knows nothing of it.
+    // execute each workgroup once, with the ids that it has in the whole. TraceRays knows nothing of it.
     void SetPortion(const Portion& portion) { m_portion = portion; }
     // Returns which of `count` things, such as rows, are in the portion: from `first` to before `end`.
     Portion PortionOf(uint32_t count) const {

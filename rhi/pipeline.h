@@ -73,7 +73,6 @@ struct ComputePipelineDesc {
     std::string name = "compute pipeline";
     ShaderStage shader{};
     std::vector<SpecializationValue> specialization{};
-    bool isDividable = false;  // CommandList::SetPortion may divide its dispatches
 };
 
 class RAYGRAPH_API ComputePipeline : public Pipeline {

@@ -38,7 +38,6 @@ void ProgramRequest::Clear(PassKind newKind) {
     hitSets.clear();
     callables.clear();
     maxRecursion = 1;
-    isDividable = false;
     specialization.clear();
     raster = {};
     colorFormats.clear();
@@ -214,8 +213,7 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
         case PassKind::Compute: {
             const rhi::ComputePipelineDesc desc{.name = program.m_name,
                                                 .shader = StageOf(request.compute),
-                                                .specialization = program.m_specialization,
-                                                .isDividable = request.isDividable};
+                                                .specialization = program.m_specialization};
             made.compute = rhi::CreateComputePipeline(m_device, desc);
             made.creationMs = made.compute.CreationMs();
             if (isAhead && request.compute->words.size() > kLongWords)

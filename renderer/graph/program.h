@@ -51,7 +51,6 @@ struct ProgramRequest {
     std::vector<const Shader*> callables;
     uint32_t maxRecursion = 1;
     const Shader* compute = nullptr;
-    bool isDividable = false;  // a compute pass of a PassSeries
     const Shader* vertex = nullptr;
     const Shader* fragment = nullptr;
     std::vector<SpecializationRequest> specialization;

@@ -72,7 +72,6 @@ class ProgramRequests : public testing::VulkanTest {
             {"callable", [=](ProgramRequest& r) { r.callables[0] = other; }},
             {"one more callable", [=](ProgramRequest& r) { r.callables.push_back(r.callables[0]); }},
             {"recursion", [](ProgramRequest& r) { r.maxRecursion = 2; }},
-            {"dividable", [](ProgramRequest& r) { r.isDividable = true; }},
             {"constant", [](ProgramRequest& r) { r.specialization[0].name = "kCounts"; }},
             {"its value", [](ProgramRequest& r) { r.specialization[0].value = 3; }},
             {"the next one's value", [](ProgramRequest& r) { r.specialization[1].value = 1; }},
@@ -122,12 +121,12 @@ void main() { result = kCount + kOther; })");
 };
 
 auto FieldsOf(ProgramRequest& s) {
-    auto& [kind, rayGen, miss, hitSets, callables, maxRecursion, compute, isDividable, vertex, fragment,
-           specialization, raster, colorFormats, depthFormat] = s;
+    auto& [kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment, specialization,
+           raster, colorFormats, depthFormat] = s;
     auto& [topology, cull, isFrontClockwise, depthCompare, writesDepth, blend, isWireframe] = raster;
-    return std::tie(kind, rayGen, miss, hitSets, callables, maxRecursion, compute, isDividable, vertex,
-                    fragment, specialization, topology, cull, isFrontClockwise, depthCompare, writesDepth,
-                    blend, isWireframe, colorFormats, depthFormat);
+    return std::tie(kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment,
+                    specialization, topology, cull, isFrontClockwise, depthCompare, writesDepth, blend,
+                    isWireframe, colorFormats, depthFormat);
 }
 
 }  // namespace
