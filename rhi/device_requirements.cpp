@@ -318,7 +318,8 @@ class Probe {
             case QueueKind::Main:
                 return has(Requirements().queueFlags);
             case QueueKind::Compute:
-                return has(VK_QUEUE_COMPUTE_BIT) && !has(VK_QUEUE_GRAPHICS_BIT);
+                return has(VK_QUEUE_COMPUTE_BIT) && !has(VK_QUEUE_GRAPHICS_BIT) &&
+                       family.timestampValidBits > 0;
             case QueueKind::Transfer:
                 break;
         }

@@ -29,6 +29,10 @@ VkDeviceAddress Buffer::Address() const {
     return m_device->Vk().vkGetBufferDeviceAddress(m_device->Handle(), &ask);
 }
 
+bool Buffer::IsShared() const {
+    return m_ownsBuffer || m_device->QueueFamilies().size() == 1;
+}
+
 Buffer::~Buffer() {
     Release();
 }

@@ -85,6 +85,8 @@ class RAYGRAPH_API Buffer {
     // Returns the mapped bytes of an Upload or Readback buffer, which are coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
+    // Tells whether all queues of the Device can access it, without transfers of ownership: unlike a host's.
+    bool IsShared() const;
     // Returns false for a wrapped buffer of a host: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }

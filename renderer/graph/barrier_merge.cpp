@@ -6,8 +6,11 @@ namespace raygraph {
 
 namespace {
 
-// Returns whether two barriers differ at most in their subresources.
+// Returns whether two barriers differ at most in their subresources. Transfers of ownership stay apart, since
+// the two barriers of one must name the same part.
 bool AreAlike(const PlannedBarrier& a, const PlannedBarrier& b) {
+    if (a.srcQueueFamily != VK_QUEUE_FAMILY_IGNORED || b.srcQueueFamily != VK_QUEUE_FAMILY_IGNORED)
+        return false;
     return a.dependency == b.dependency && a.predecessor == b.predecessor &&
            a.followsLastFrame == b.followsLastFrame;
 }

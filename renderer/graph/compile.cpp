@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "renderer/graph/barrier_merge.h"
 #include "renderer/graph/memory_plan.h"
+#include "renderer/graph/queue_plan.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {
@@ -108,6 +109,7 @@ class Compiler {
         m_plan.Clear();
         CheckRoots();
         Cull();
+        PlanQueues(m_graph, m_plan);
         FindLifetimes();
         PlanMemory(m_graph, m_plan, m_memory.blocks);
         PlanBarriers();
@@ -124,6 +126,11 @@ class Compiler {
     ResourceState LeaveBlock(uint32_t block);
     void EnterBlock(uint32_t resource);
     void PlanPass(uint32_t position);
+    ResourceState& StateFor(uint32_t number);
+    PlannedBarrier PlanOnQueue(uint32_t resource, uint32_t number, const Subresources& part,
+                               const AccessRequest& request);
+    void ReturnToMain();
+    void PlanReleases();
     std::optional<AccessRequest> RequestOf(const GraphPass& pass, const ResourceUse* first,
                                            const Subresources& subresource) const;
     void PlanWhole(uint32_t resource, const AccessRequest& request);
@@ -133,6 +140,14 @@ class Compiler {
     const ResourceUse* UsesBegin(const GraphPass& pass) const { return m_graph.uses.data() + pass.firstUse; }
     const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
     uint32_t BarrierCount() const { return static_cast<uint32_t>(m_plan.barriers.size()); }
+    bool HasTwoQueues() const { return m_plan.batches.size() > 1; }
+    rhi::QueueKind Queue() const { return m_plan.batches[m_batch].queue; }
+    uint32_t FamilyOf(rhi::QueueKind queue) const {
+        return queue == rhi::QueueKind::Compute ? m_graph.computeFamily : m_graph.queueFamily;
+    }
+    std::vector<ResourceState>& StatesOn(rhi::QueueKind queue) {
+        return queue == rhi::QueueKind::Compute ? m_memory.computeStates : m_plan.states;
+    }
     // Returns one state for all subresources of a resource.
     ResourceState StateOf(uint32_t resource) {
         if (m_graph.resources[resource].SubresourceCount() == 1) return m_plan.states[resource];
@@ -149,6 +164,7 @@ class Compiler {
     Plan& m_plan;
     CompileMemory& m_memory;
     std::vector<CompileMemory::BlockUse>& m_blockUses;
+    uint32_t m_batch = 0;  // the one that is being planned
 };
 
 void Compiler::CheckRoots() const {
@@ -185,6 +201,14 @@ void Compiler::FindLifetimes() {
             Lifetime& lifetime = m_plan.lifetimes[use->resource];
             lifetime.first = std::min(lifetime.first, position);
             lifetime.last = position;
+        }
+    }
+    for (const PlannedBatch& batch : m_plan.batches) {
+        if (batch.queue != rhi::QueueKind::Compute) continue;
+        for (uint32_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position) {
+            const GraphPass& pass = m_graph.passes[m_plan.passes[position].pass];
+            for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
+                m_plan.lifetimes[use->resource].isConcurrent = true;
         }
     }
     // The roots of the frame are in use until after its last pass.
@@ -232,9 +256,124 @@ void Compiler::PlanBarriers() {
     m_plan.blockStates.resize(std::max(m_graph.blockStates.size(), m_plan.blocks.size()));
     m_blockUses.assign(m_plan.blocks.size(), {});
 
+    if (HasTwoQueues()) {
+        m_memory.computeStates.assign(m_plan.states.size(), {});
+        m_memory.queueUses.assign(m_plan.states.size(), {});
+        m_memory.releases.clear();
+    }
     Acquire();
-    for (uint32_t position = 0; position < m_plan.passes.size(); ++position) PlanPass(position);
+    for (m_batch = 0; m_batch < m_plan.batches.size(); ++m_batch) {
+        const PlannedBatch& batch = m_plan.batches[m_batch];
+        for (uint32_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position)
+            PlanPass(position);
+    }
+    m_batch = static_cast<uint32_t>(m_plan.batches.size()) - 1;
     Finish();
+    if (HasTwoQueues()) PlanReleases();
+}
+
+// --- Two queues: what one has done is complete and visible when a batch of the other has waited for it ---
+
+// Returns the state of a subresource for the queue that is being planned.
+ResourceState& Compiler::StateFor(uint32_t number) {
+    if (!HasTwoQueues()) return m_plan.states[number];
+    CompileMemory::QueueUse& use = m_memory.queueUses[number];
+    ResourceState& state = StatesOn(Queue())[number];
+    if (use.changedOn != Queue() && !use.isSynchronized) {
+        state = {.writeStages = kOwnerStages,
+                 .visibleStages = ~VkPipelineStageFlags2{0},
+                 .visibleAccess = ~VkAccessFlags2{0},
+                 .layout = StatesOn(use.changedOn)[number].layout};
+        use.isSynchronized = true;
+    }
+    return state;
+}
+
+// Plans an access by the queue that is being planned. A subresource that the queues do not share is
+// transferred to the family of this one, unless its contents are not needed.
+PlannedBarrier Compiler::PlanOnQueue(uint32_t resource, uint32_t number, const Subresources& part,
+                                     const AccessRequest& request) {
+    PlannedBarrier barrier{.resource = resource, .part = part};
+    Dependency& dependency = barrier.dependency;
+    ResourceState& state = StateFor(number);
+    dependency = PlanAccess(state, request);
+    if (!HasTwoQueues()) return barrier;
+
+    CompileMemory::QueueUse& use = m_memory.queueUses[number];
+    const rhi::QueueKind source = use.changedOn;
+    const GraphResource& info = m_graph.resources[resource];
+    const bool moves = !info.isShared && FamilyOf(source) != FamilyOf(Queue());
+    const bool hasContents =
+        info.kind != ResourceKind::Texture || dependency.oldLayout != VK_IMAGE_LAYOUT_UNDEFINED;
+    if (moves && request.needsContents && hasContents) {
+        barrier.srcQueueFamily = FamilyOf(source);
+        barrier.dstQueueFamily = FamilyOf(Queue());
+        dependency.isNeeded = true;
+        PlannedBarrier release = barrier;
+        release.dependency.srcStages = kOwnerStages;
+        release.dependency.srcAccess = kOwnerAccess;
+        release.dependency.dstStages = VK_PIPELINE_STAGE_2_NONE;
+        release.dependency.dstAccess = VK_ACCESS_2_NONE;
+        m_memory.releases.push_back({use.lastBatch[IndexOf(source)], release});
+        dependency.srcStages = kOwnerStages;
+        dependency.srcAccess = VK_ACCESS_2_NONE;
+        dependency.dstStages = request.masks.stages;
+        dependency.dstAccess = request.masks.access;
+        if (!request.writes) {  // the transfer counts as a write that only this access sees yet
+            state.writeStages = request.masks.stages;
+            state.visibleStages = request.masks.stages;
+            state.visibleAccess = request.masks.access;
+        }
+    }
+    if (moves && !request.needsContents && info.kind == ResourceKind::Texture) {
+        // The family gets an image whose contents it does not need by a transition that discards them.
+        dependency.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+        dependency.dstStages = request.masks.stages;
+        dependency.dstAccess = request.masks.access;
+        dependency.isNeeded = true;
+    }
+    // Without an access by this queue since, the batch has waited for all, in all stages: only transitions
+    // and transfers need a barrier, which follows that wait by any stage of it.
+    if (source != Queue() && dependency.srcStages == kOwnerStages) {
+        const bool transfers = barrier.srcQueueFamily != barrier.dstQueueFamily;
+        dependency.isNeeded = transfers || dependency.oldLayout != dependency.newLayout;
+        dependency.srcStages = request.masks.stages;
+    }
+    use.lastBatch[IndexOf(Queue())] = m_batch;
+    if (moves || request.writes || dependency.oldLayout != dependency.newLayout) {
+        use.changedOn = Queue();
+        use.isSynchronized = false;
+    }
+    return barrier;
+}
+
+// The frame ends on the main queue, which then owns all that outlives it.
+void Compiler::ReturnToMain() {
+    m_plan.regain.first = BarrierCount();
+    for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
+        const GraphResource& resource = m_graph.resources[r];
+        m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
+            const ResourceState& state = StateFor(number);
+            const rhi::QueueKind source = m_memory.queueUses[number].changedOn;
+            if (resource.isShared || resource.origin == Origin::Transient ||
+                FamilyOf(source) == FamilyOf(Queue()))
+                return;
+            const PlannedBarrier barrier =
+                PlanOnQueue(r, number, one, {.masks = {kOwnerStages, kOwnerAccess, state.layout}});
+            if (barrier.dependency.isNeeded) m_plan.barriers.push_back(barrier);
+        });
+    }
+    m_plan.regain.count = BarrierCount() - m_plan.regain.first;
+}
+
+void Compiler::PlanReleases() {
+    for (uint32_t b = 0; b < m_plan.batches.size(); ++b) {
+        BarrierRange& range = m_plan.batches[b].release;
+        range.first = BarrierCount();
+        for (const CompileMemory::Release& release : m_memory.releases)
+            if (release.batch == b) m_plan.barriers.push_back(release.barrier);
+        range.count = BarrierCount() - range.first;
+    }
 }
 
 void Compiler::Acquire() {
@@ -343,13 +482,12 @@ void Compiler::PlanPass(uint32_t position) {
         m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
             const std::optional<AccessRequest> request = RequestOf(pass, use, one);
             if (!request) return;
-            ResourceState& state = m_plan.states[number];
+            const ResourceState& state = StateFor(number);
             // Other subresources of the texture may have been used before this one.
             const bool isFirstUse = lifetime.first == position || (kind == ResourceKind::Texture &&
                                                                    state.layout == VK_IMAGE_LAYOUT_UNDEFINED);
-            const Dependency dependency = PlanAccess(state, *request);
-            if (!dependency.isNeeded) return;
-            PlannedBarrier barrier{.resource = r, .part = one, .dependency = dependency};
+            PlannedBarrier barrier = PlanOnQueue(r, number, one, *request);
+            if (!barrier.dependency.isNeeded) return;
             if (isFirstUse && lifetime.block != kNone) {
                 barrier.predecessor = m_blockUses[lifetime.block].predecessor;
                 barrier.followsLastFrame = m_blockUses[lifetime.block].followsLastFrame;
@@ -364,9 +502,7 @@ void Compiler::PlanPass(uint32_t position) {
 void Compiler::PlanWhole(uint32_t resource, const AccessRequest& request) {
     const size_t first = m_plan.barriers.size();
     m_graph.ForEachSubresource(resource, [&](uint32_t number, const Subresources& one) {
-        AddBarrier(
-            m_plan.barriers, first,
-            {.resource = resource, .part = one, .dependency = PlanAccess(m_plan.states[number], request)});
+        AddBarrier(m_plan.barriers, first, PlanOnQueue(resource, number, one, request));
     });
     MergeLayers(m_plan.barriers, first);
 }
@@ -390,9 +526,7 @@ void Compiler::UniteImports() {
             m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
                 if (m_plan.states[number].layout == layout) return;
                 const AccessRequest request{.masks = {kOwnerStages, VK_ACCESS_2_MEMORY_READ_BIT, layout}};
-                AddBarrier(
-                    m_plan.barriers, first,
-                    {.resource = r, .part = one, .dependency = PlanAccess(m_plan.states[number], request)});
+                AddBarrier(m_plan.barriers, first, PlanOnQueue(r, number, one, request));
             });
             MergeLayers(m_plan.barriers, first);
         }
@@ -401,6 +535,7 @@ void Compiler::UniteImports() {
 }
 
 void Compiler::Finish() {
+    if (HasTwoQueues()) ReturnToMain();
     m_plan.finish.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
         const auto isExportOfSame = [&](const Root& other) {

@@ -12,6 +12,7 @@
 //               that need the same. An import is left in one layout.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,6 +42,20 @@ struct CompileMemory {
         // The stages and writes of all occupants so far. An earlier occupant may extend beyond the last one.
         AccessMasks access;
     };
+    // The memory of a frame with passes on both queues.
+    // By subresource: its state for the compute queue, and what the queues did to it.
+    struct QueueUse {
+        rhi::QueueKind changedOn = rhi::QueueKind::Main;  // by the last write, transition or transfer
+        bool isSynchronized = false;              // the state for the other queue tells of that change, too
+        std::array<uint32_t, 2> lastBatch{0, 0};  // by queue: the batch of its last use
+    };
+    struct Release {
+        uint32_t batch = 0;
+        PlannedBarrier barrier;
+    };
+    std::vector<ResourceState> computeStates;
+    std::vector<QueueUse> queueUses;
+    std::vector<Release> releases;
     std::vector<BlockUse> blockUses;  // indexed by block
     std::vector<ResourceState> states;
     CullMemory culling;

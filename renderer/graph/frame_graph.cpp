@@ -125,9 +125,10 @@ void FrameGraph::Begin(uint64_t frameNumber) {
 }
 
 bool FrameGraph::HasSamePlanAs(const FrameGraph& other) const {
-    return queueFamily == other.queueFamily && waitStages == other.waitStages && roots == other.roots &&
-           passes == other.passes && uses == other.uses && resources == other.resources &&
-           blockStates == other.blockStates && otherStates == other.otherStates;
+    return queueFamily == other.queueFamily && computeFamily == other.computeFamily &&
+           waitStages == other.waitStages && roots == other.roots && passes == other.passes &&
+           uses == other.uses && resources == other.resources && blockStates == other.blockStates &&
+           otherStates == other.otherStates;
 }
 
 uint32_t FrameGraph::AddResource(const GraphResource& added, ResourceKind kind,

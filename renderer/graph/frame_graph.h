@@ -19,6 +19,7 @@
 #include "renderer/graph/ids.h"
 #include "rhi/format.h"
 #include "rhi/resources.h"
+#include "rhi/submission.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph {
@@ -52,7 +53,9 @@ struct GraphResource {
     Origin origin = Origin::Transient;
     Persistence persistence = Persistence::OnDemand;
     bool isHostWritten = false;  // the CPU fills it, so that a pass may read it without an earlier write
-    rhi::Extent2D extent{};      // textures
+    // Both queues can access it without a transfer of ownership between their families.
+    bool isShared = true;
+    rhi::Extent2D extent{};  // textures
     rhi::Format format = rhi::Format::Undefined;
     uint32_t levels = 1;
     uint32_t layers = 1;
@@ -85,9 +88,10 @@ struct ResourceUse {
 struct GraphPass {
     std::string_view name;  // as GraphResource::name
     PassKind kind = PassKind::Compute;
-    bool keepAlive = false;  // the pass has an effect that the graph does not see
-    bool waits = false;      // not executed in this frame, whatever needs it (PassSeries)
-    uint32_t firstUse = 0;   // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
+    rhi::QueueKind queue = rhi::QueueKind::Main;  // Compute: it may run beside others, where it can
+    bool keepAlive = false;                       // the pass has an effect that the graph does not see
+    bool waits = false;     // not executed in this frame, whatever needs it (PassSeries)
+    uint32_t firstUse = 0;  // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
     uint32_t useCount = 0;
 
     bool operator==(const GraphPass&) const = default;
@@ -127,8 +131,9 @@ struct AnyId {
 
 struct RAYGRAPH_API FrameGraph {
     uint64_t frame = 0;
-    uint32_t queueFamily = 0;              // family of the queue that executes the frame
-    VkPipelineStageFlags2 waitStages = 0;  // stages of the semaphores that the frame waits for
+    uint32_t queueFamily = 0;  // family of the main queue, on which the frame begins and ends
+    uint32_t computeFamily = VK_QUEUE_FAMILY_IGNORED;  // family of the compute queue; IGNORED: there is none
+    VkPipelineStageFlags2 waitStages = 0;              // stages of the semaphores that the frame waits for
     std::vector<GraphResource> resources;
     std::vector<GraphPass> passes;  // in order of declaration
     std::vector<ResourceUse> uses;

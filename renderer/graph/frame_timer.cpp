@@ -21,9 +21,16 @@ FrameTiming FrameTimer::NewTiming() {
 }
 
 void FrameTimer::BeginFrame(rhi::CommandList& commands) {
+    m_batches.clear();
     if (!m_timestamps) return;
     Poll();
     m_timestamps->BeginFrame(commands);
+    Stamp(commands);
+}
+
+void FrameTimer::BeginBatch(rhi::CommandList& commands, uint32_t firstPass) {
+    if (!m_timestamps) return;
+    m_batches.push_back(firstPass);
     Stamp(commands);
 }
 
@@ -33,7 +40,7 @@ void FrameTimer::Stamp(rhi::CommandList& commands) {
 
 void FrameTimer::EndFrame(uint64_t submitted, FrameTiming timing) {
     if (m_timestamps) m_timestamps->EndFrame(submitted);
-    m_pending.push_back({submitted, std::move(timing)});
+    m_pending.push_back({submitted, std::move(timing), m_batches});
 }
 
 void FrameTimer::StoreTiming(FrameTiming timing) {
@@ -73,9 +80,16 @@ void FrameTimer::Poll() {
         while (!m_pending.empty() && m_pending.front().submitted < frame->submitted)
             m_unused.push_back(TakePending());
         if (m_pending.empty() || m_pending.front().submitted != frame->submitted) continue;
+        const std::vector<uint32_t> batches = std::move(m_pending.front().batches);
         FrameTiming timing = TakePending();
-        for (size_t i = 0; i < timing.passes.size() && i + 1 < frame->nanoseconds.size(); ++i)
-            timing.passes[i].gpuMs = (frame->nanoseconds[i + 1] - frame->nanoseconds[i]) * 1e-6;
+        // A pass lies between two timestamps, and each further submission begins with one of its own.
+        size_t batch = 0;
+        for (size_t i = 0; i < timing.passes.size(); ++i) {
+            while (batch < batches.size() && batches[batch] <= i) ++batch;
+            const size_t before = i + batch;
+            if (before + 1 >= frame->nanoseconds.size()) break;
+            timing.passes[i].gpuMs = (frame->nanoseconds[before + 1] - frame->nanoseconds[before]) * 1e-6;
+        }
         StoreTiming(std::move(timing));
     }
 }

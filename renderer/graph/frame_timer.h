@@ -21,8 +21,10 @@ class FrameTimer {
     FrameTiming NewTiming();
 
     void BeginFrame(rhi::CommandList& commands);
-    // Must be called once before the first pass, and once after each pass.
+    // Must be called after each pass.
     void Stamp(rhi::CommandList& commands);
+    // Must be called at the beginning of each further submission of the frame, before the pass of this index.
+    void BeginBatch(rhi::CommandList& commands, uint32_t firstPass);
     void EndFrame(uint64_t submitted, FrameTiming timing);
 
     // Takes the results that have arrived, without waiting.
@@ -34,6 +36,7 @@ class FrameTimer {
     struct Pending {
         uint64_t submitted = 0;
         FrameTiming timing;
+        std::vector<uint32_t> batches;  // first pass of each further submission
     };
     void StoreTiming(FrameTiming timing);
     FrameTiming TakePending();
@@ -47,6 +50,7 @@ class FrameTimer {
     size_t m_oldest = 0;
     FrameTiming m_latest;
     std::vector<FrameTiming> m_unused;
+    std::vector<uint32_t> m_batches;  // as Pending::batches, of the frame that is recorded
 };
 
 }  // namespace raygraph

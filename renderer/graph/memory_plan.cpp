@@ -10,15 +10,15 @@ namespace raygraph {
 
 namespace {
 
-// Calls visit(index, bits) for the words that hold the positions of a lifetime, as long as it returns true;
+// Calls visit(index, bits) for the words that hold positions [first, last], as long as it returns true;
 // returns whether it always has.
 template <typename Visit>
-bool ForEachWord(const Lifetime& lifetime, Visit&& visit) {
-    const uint32_t firstWord = lifetime.first / 64, lastWord = lifetime.last / 64;
+bool ForEachWord(uint32_t first, uint32_t last, Visit&& visit) {
+    const uint32_t firstWord = first / 64, lastWord = last / 64;
     for (uint32_t word = firstWord; word <= lastWord; ++word) {
         uint64_t bits = ~uint64_t{0};
-        if (word == firstWord) bits <<= lifetime.first % 64;
-        if (word == lastWord) bits &= ~uint64_t{0} >> (63 - lifetime.last % 64);
+        if (word == firstWord) bits <<= first % 64;
+        if (word == lastWord) bits &= ~uint64_t{0} >> (63 - last % 64);
         if (!visit(word, bits)) return false;
     }
     return true;
@@ -40,14 +40,17 @@ void PlanMemory(const FrameGraph& graph, Plan& plan, BlockMemory& memory) {
     });
 
     // A lifetime may end one position after the last pass.
-    const size_t wordsOfBlock = plan.passes.size() / 64 + 1;
+    const auto lastPosition = static_cast<uint32_t>(plan.passes.size());
+    const size_t wordsOfBlock = lastPosition / 64 + 1;
     memory.isOccupied.clear();
     for (const uint32_t r : order) {
         const rhi::MemoryRequirements& needed = graph.resources[r].memory;
         Lifetime& lifetime = plan.lifetimes[r];
+        const uint32_t first = lifetime.isConcurrent ? 0 : lifetime.first;
+        const uint32_t last = lifetime.isConcurrent ? lastPosition : lifetime.last;
         const auto fits = [&](uint32_t block) {
             if ((plan.blocks[block].memoryTypeBits & needed.memoryTypeBits) == 0) return false;
-            return ForEachWord(lifetime, [&](uint32_t word, uint64_t bits) {
+            return ForEachWord(first, last, [&](uint32_t word, uint64_t bits) {
                 return (memory.isOccupied[block * wordsOfBlock + word] & bits) == 0;
             });
         };
@@ -61,7 +64,7 @@ void PlanMemory(const FrameGraph& graph, Plan& plan, BlockMemory& memory) {
         shared.size = std::max(shared.size, needed.size);
         shared.alignment = std::max(shared.alignment, needed.alignment);
         shared.memoryTypeBits &= needed.memoryTypeBits;
-        ForEachWord(lifetime, [&](uint32_t word, uint64_t bits) {
+        ForEachWord(first, last, [&](uint32_t word, uint64_t bits) {
             memory.isOccupied[block * wordsOfBlock + word] |= bits;
             return true;
         });

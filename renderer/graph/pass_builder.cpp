@@ -200,6 +200,10 @@ void PassBuilder::Dividable() {
     m_pass.isDividable = true;
 }
 
+void PassBuilder::AsyncCompute() {
+    m_graph.passes.back().queue = rhi::QueueKind::Compute;
+}
+
 void PassBuilder::KeepAlive() {
     m_graph.passes.back().keepAlive = true;
 }

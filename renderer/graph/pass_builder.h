@@ -160,6 +160,10 @@ class RAYGRAPH_API PassBuilder {
     // A PassSeries may divide the pass, as it does with all compute passes: `execute` covers the rows, or
     // whatever else there is many of, that CommandList::PortionOf returns.
     void Dividable();
+    // The pass may run on the device's compute queue, beside passes that it does not depend on. Drawing
+    // passes, devices without that queue and frames for Record ignore this. It pays for passes that leave
+    // much of the device idle; each change of the queue costs a submission.
+    void AsyncCompute();
     // The pass has an effect that the graph cannot see, and is never culled.
     void KeepAlive();
 

@@ -27,7 +27,7 @@ struct PlannedBarrier {
     uint32_t dstQueueFamily = VK_QUEUE_FAMILY_IGNORED;
 };
 
-// Holds the barriers of one batch: [first, first + count) of Plan::barriers.
+// Holds barriers that are recorded together: [first, first + count) of Plan::barriers.
 struct BarrierRange {
     uint32_t first = 0;
     uint32_t count = 0;
@@ -38,11 +38,26 @@ struct PlannedPass {
     BarrierRange barriers{};
 };
 
+// Holds the passes of one submission (renderer/graph/queue_plan.h): [firstPass, firstPass + passCount) of
+// Plan::passes.
+struct PlannedBatch {
+    rhi::QueueKind queue = rhi::QueueKind::Main;
+    uint32_t firstPass = 0;
+    uint32_t passCount = 0;
+    uint32_t waitsFor =
+        kNone;               // an earlier batch, of the other queue, that it waits for with all before that
+    BarrierRange release{};  // after its passes: ownership to the other queue's family
+
+    bool operator==(const PlannedBatch&) const = default;
+};
+
 // Holds the lifetime of one resource, in positions among the executed passes.
 struct Lifetime {
     uint32_t first = kNone;  // kNone: no executed pass uses it
     uint32_t last = 0;
     uint32_t block = kNone;  // a block of transient memory
+    // A pass of the compute queue uses it, beside passes at other positions: it shares no memory.
+    bool isConcurrent = false;
 
     bool IsUsed() const { return first != kNone; }
 };
@@ -50,10 +65,13 @@ struct Lifetime {
 struct Plan {
     std::vector<PlannedPass> passes;  // in order of execution
     std::vector<uint32_t> culled;     // indices into FrameGraph::passes
+    std::vector<PlannedBatch>
+        batches;  // in order of submission; at least one, and the last on the main queue
     std::vector<PlannedBarrier> barriers;
-    BarrierRange acquire;             // before the first pass: ownership from other queue families
+    BarrierRange acquire;             // before the first pass: ownership from other owners' queue families
+    BarrierRange regain;              // after the last pass: ownership from the compute queue's family
     BarrierRange finish;              // after the last pass: for the readers of the roots
-    BarrierRange release;             // after `finish`: ownership to other queue families
+    BarrierRange release;             // after `finish`: ownership to other owners' queue families
     std::vector<Lifetime> lifetimes;  // indexed by resource
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
     uint64_t bytesWithoutAliasing = 0;            // bytes of all transients that have a block
@@ -66,8 +84,9 @@ struct Plan {
     void Clear() {
         passes.clear();
         culled.clear();
+        batches.clear();
         barriers.clear();
-        acquire = finish = release = {};
+        acquire = regain = finish = release = {};
         lifetimes.clear();
         blocks.clear();
         bytesWithoutAliasing = 0;

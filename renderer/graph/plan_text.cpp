@@ -33,7 +33,7 @@ class PlanWriter {
     std::string Write() {
         WriteSummary();
         WriteBarriers("before the first pass", m_plan.acquire);
-        for (uint32_t position = 0; position < m_plan.passes.size(); ++position) WritePass(position);
+        for (uint32_t batch = 0; batch < m_plan.batches.size(); ++batch) WriteBatch(batch);
         WriteFinish();
         WriteCulled();
         WriteResources();
@@ -45,6 +45,7 @@ class PlanWriter {
     void WriteSummary();
     void WriteBarriers(const char* title, const BarrierRange& range);
     void WriteBarrier(const PlannedBarrier& barrier);
+    void WriteBatch(uint32_t index);
     void WritePass(uint32_t position);
     void WriteFinish();
     void WriteCulled();
@@ -85,6 +86,20 @@ void PlanWriter::WriteBarrier(const PlannedBarrier& barrier) {
     m_text += "    waits   " + BarrierText(m_graph, barrier) + '\n';
 }
 
+void PlanWriter::WriteBatch(uint32_t index) {
+    const PlannedBatch& batch = m_plan.batches[index];
+    if (m_plan.batches.size() > 1) {
+        const char* queue = batch.queue == rhi::QueueKind::Compute ? "compute" : "main";
+        m_text += Text("\nbatch {} on the {} queue", index + 1, queue);
+        if (batch.waitsFor != kNone) m_text += Text(", after batch {}", batch.waitsFor + 1);
+        m_text += '\n';
+    }
+    for (uint32_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position)
+        WritePass(position);
+    for (uint32_t b = 0; b < batch.release.count; ++b)
+        m_text += "    hands over " + BarrierText(m_graph, m_plan.barriers[batch.release.first + b]) + '\n';
+}
+
 void PlanWriter::WritePass(uint32_t position) {
     const PlannedPass& planned = m_plan.passes[position];
     const GraphPass& pass = m_graph.passes[planned.pass];
@@ -100,7 +115,7 @@ void PlanWriter::WritePass(uint32_t position) {
 }
 
 void PlanWriter::WriteFinish() {
-    if (m_graph.roots.empty() && m_plan.finish.count == 0) return;
+    if (m_graph.roots.empty() && m_plan.finish.count == 0 && m_plan.regain.count == 0) return;
     m_text += "\nend\n";
     for (const Root& root : m_graph.roots) {
         const char* verb = root.kind == RootKind::Presented  ? "    shows   "
@@ -110,6 +125,7 @@ void PlanWriter::WriteFinish() {
         if (root.kind == RootKind::HostRead) m_text += " (on the host)";
         m_text += '\n';
     }
+    for (uint32_t b = 0; b < m_plan.regain.count; ++b) WriteBarrier(m_plan.barriers[m_plan.regain.first + b]);
     for (uint32_t b = 0; b < m_plan.finish.count; ++b) WriteBarrier(m_plan.barriers[m_plan.finish.first + b]);
     for (uint32_t b = 0; b < m_plan.release.count; ++b)
         WriteBarrier(m_plan.barriers[m_plan.release.first + b]);
@@ -368,6 +384,8 @@ class PlanJson {
         json["acquire"] = {{"barriers", Barriers(m_plan.acquire)}};
         json["passes"] = Json::array();
         for (const PlannedPass& planned : m_plan.passes) json["passes"].push_back(Pass(planned));
+        json["batches"] = Json::array();
+        for (const PlannedBatch& batch : m_plan.batches) json["batches"].push_back(Batch(batch));
         json["end"] = End();
         json["culled"] = Json::array();
         for (const uint32_t culled : m_plan.culled) {
@@ -413,6 +431,16 @@ class PlanJson {
         Json pass = Declared(m_graph.passes[planned.pass]);
         pass["barriers"] = Barriers(planned.barriers);
         return pass;
+    }
+
+    // Passes are counted among the executed ones.
+    Json Batch(const PlannedBatch& batch) const {
+        Json json{{"queue", batch.queue == rhi::QueueKind::Compute ? "compute" : "main"},
+                  {"first_pass", batch.firstPass},
+                  {"passes", batch.passCount},
+                  {"release", Barriers(batch.release)}};
+        if (batch.waitsFor != kNone) json["waits_for"] = batch.waitsFor;
+        return json;
     }
 
     Json Barriers(const BarrierRange& range) const {
@@ -462,7 +490,8 @@ class PlanJson {
             json["kind"] = Name(root.kind);
             roots.push_back(std::move(json));
         }
-        Json barriers = Barriers(m_plan.finish);
+        Json barriers = Barriers(m_plan.regain);
+        for (Json& barrier : Barriers(m_plan.finish)) barriers.push_back(std::move(barrier));
         for (Json& barrier : Barriers(m_plan.release)) barriers.push_back(std::move(barrier));
         return {{"roots", roots}, {"barriers", barriers}};
     }

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/plan_text.h"
+#include "renderer/graph/queue_plan.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 
@@ -24,6 +25,8 @@ Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc
       submitted(rhiDevice.FramesInFlight(), 0),
       uniformBuffers(rhiDevice.FramesInFlight()) {
     graph.queueFamily = device.QueueFamily();
+    if (device.HasQueue(rhi::QueueKind::Compute))
+        graph.computeFamily = device.QueueFamily(rhi::QueueKind::Compute);
     if (!desc.passMarks) return;
     marks = std::make_unique<PassMarks>(device);
     lastPassReport = device.AddLastPassReport([this, name = desc.name] {
@@ -64,6 +67,7 @@ void Renderer::BeginFrame() {
         std::swap(impl.plan, impl.lastPlan);
         std::swap(impl.resources, impl.lastResources);
         impl.graph.queueFamily = impl.lastGraph.queueFamily;
+        impl.graph.computeFamily = impl.lastGraph.computeFamily;
         impl.graph.blockStates = impl.lastGraph.blockStates;
         impl.hasLastPlan = true;
         impl.isCompiled = impl.isRepeated = false;
@@ -334,6 +338,7 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
     }
     Persistent& persistent = persistents.Find(name, desc);
     resource.persistence = persistence;
+    resource.isShared = Kind == ResourceKind::Buffer || device.QueueFamilies().size() == 1;
     resource.state = persistent.states.front();
     const ResourceId<Kind> id =
         AddResource<Kind>(resource, {.persistent = &persistent}, std::span(persistent.states).subspan(1));
@@ -406,6 +411,7 @@ ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Objec
         return graph.IdOf<Kind>(r);
     }
     if (state) resource.state = *state;
+    if constexpr (requires { object.IsShared(); }) resource.isShared = object.IsShared();
     FrameResource behind{.state = state};
     behind.*member = &object;
     return AddResource<Kind>(resource, behind);
@@ -501,7 +507,6 @@ void Renderer::Impl::StartPass(std::string_view name, PassKind kind) {
     const uint32_t index = graph.AddPass(name, kind);
     if (passes.size() <= index) passes.emplace_back();
     declaration.Clear(kind, passes[index].program);
-    declaration.request.isDividable = IsDivided() && kind == PassKind::Compute;
 }
 
 // Decides which part of the last pass this frame executes, if it is one of the series.
@@ -603,6 +608,7 @@ void Renderer::Impl::CollectUsages(const GraphPass& pass) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
         FrameResource& behind = resources[use.resource];
+        behind.isConcurrent |= pass.queue == rhi::QueueKind::Compute && CanRunOnComputeQueue(pass.kind);
         const GraphResource& resource = graph.resources[use.resource];
         bool hasRequiredUsage = true;
         if (resource.kind == ResourceKind::Texture) {

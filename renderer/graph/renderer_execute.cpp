@@ -24,7 +24,8 @@ rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResourc
             .format = resource.format,
             .usage = usage,
             .mipLevels = resource.levels,
-            .layers = resource.layers};
+            .layers = resource.layers,
+            .isShared = behind.isConcurrent};
 }
 
 rhi::BufferDesc BufferDescOf(const GraphResource& resource, const FrameResource& behind) {
@@ -79,7 +80,8 @@ void Renderer::Impl::FindRequirements(size_t r) {
             last.extent == resource.extent && last.format == resource.format &&
             last.levels == resource.levels && last.layers == resource.layers &&
             last.bytes == resource.bytes && lastBehind.textureUsage == behind.textureUsage &&
-            lastBehind.bufferUsage == behind.bufferUsage && lastBehind.memory == behind.memory) {
+            lastBehind.bufferUsage == behind.bufferUsage && lastBehind.memory == behind.memory &&
+            lastBehind.isConcurrent == behind.isConcurrent) {
             resource.memory = last.memory;
             return;
         }
@@ -217,14 +219,18 @@ void Renderer::Impl::UploadUniforms() {
     std::memcpy(buffer.Mapped().data(), uniformBytes.data(), uniformBytes.size());
 }
 
-void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
-    if (marks) marks->BeginFrame(frameNumber, graph, plan);
-    timer.BeginFrame(commands);
-    RecordBarriers(commands, plan.acquire, false);
-    timing.passes.resize(plan.passes.size());  // those of an earlier frame, whose names keep their memory
+void Renderer::Impl::Record(rhi::CommandList& commands, const PlannedBatch& batch, FrameTiming& timing) {
+    if (&batch == &plan.batches.front()) {
+        if (marks) marks->BeginFrame(frameNumber, graph, plan);
+        timer.BeginFrame(commands);
+        RecordBarriers(commands, plan.acquire, false);
+        timing.passes.resize(plan.passes.size());  // those of an earlier frame, whose names keep their memory
+    } else if (batch.passCount > 0) {
+        timer.BeginBatch(commands, batch.firstPass);
+    }
     const Stopwatch stopwatch;
     double before = 0.0;
-    for (size_t position = 0; position < plan.passes.size(); ++position) {
+    for (size_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position) {
         const PlannedPass& planned = plan.passes[position];
         RecordPass(commands, planned);
         timer.Stamp(commands);
@@ -237,6 +243,9 @@ void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
         pass.id = {planned.pass};
         before = now;
     }
+    RecordBarriers(commands, batch.release, false);
+    if (&batch != &plan.batches.back()) return;
+    RecordBarriers(commands, plan.regain, false);
     RecordBarriers(commands, plan.finish, false);
     RecordBarriers(commands, plan.release, false);
 }
@@ -422,10 +431,17 @@ rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host
         throw Error(ErrorKind::Usage,
                     "Record: the frame has semaphores, which belong to the host's submission");
     CompileFrame();
+    if (host && plan.batches.size() > 1) {  // the host's buffer is for one queue
+        const uint32_t computeFamily = std::exchange(graph.computeFamily, VK_QUEUE_FAMILY_IGNORED);
+        isCompiled = false;
+        CompileFrame();
+        graph.computeFamily = computeFamily;
+    }
     const Stopwatch recording;
     Prepare();
+    if (plan.batches.size() > 1) return SubmitBatches(timing, recording);
     rhi::CommandList commands = host ? device.RecordInto(host) : device.BeginCommands("frame");
-    Record(commands, timing);
+    Record(commands, plan.batches.front(), timing);
     for (std::function<void()>& run : onSubmitted) commands.OnSubmitted(std::move(run));
     timing.recordMs = recording.Milliseconds();
     const Stopwatch submitting;
@@ -434,6 +450,37 @@ rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host
                                             : device.Submit(std::move(commands), waits.all, signals.all);
     timing.submitMs = submitting.Milliseconds();
     return submission;
+}
+
+// Records all before it submits any, so that an Error in a pass leaves the queues as they are.
+rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwatch& recording) {
+    std::vector<rhi::CommandList> lists;
+    for (const PlannedBatch& batch : plan.batches) {
+        lists.push_back(device.BeginCommands("frame", batch.queue));
+        Record(lists.back(), batch, timing);
+    }
+    for (std::function<void()>& run : onSubmitted) lists.back().OnSubmitted(std::move(run));
+    timing.recordMs = recording.Milliseconds();
+    const Stopwatch submitting;
+    std::vector<rhi::Submission> submissions;
+    for (size_t b = 0; b < lists.size(); ++b) {
+        const PlannedBatch& batch = plan.batches[b];
+        std::vector<rhi::SemaphoreUse> waited;
+        if (batch.waitsFor != kNone) waited.push_back(device.After(submissions[batch.waitsFor]));
+        // The first one has no commands that would wait before it signals.
+        if (b == 0)
+            for (rhi::SemaphoreUse wait : waits.all) {
+                wait.stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+                waited.push_back(wait);
+            }
+        const bool isLast = b + 1 == lists.size();
+        submissions.push_back(device.Submit(
+            std::move(lists[b]), waited,
+            isLast ? std::span<const rhi::SemaphoreUse>(signals.all) : std::span<const rhi::SemaphoreUse>()));
+        if (b == 0) waits.Clear();  // an Error now must not wait for them once more
+    }
+    timing.submitMs = submitting.Milliseconds();
+    return submissions.back();
 }
 
 rhi::Submission Renderer::Impl::Finish(std::string_view call, VkCommandBuffer host) {

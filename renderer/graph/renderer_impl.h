@@ -52,6 +52,7 @@ struct FrameResource {
     const ResourceState* blasState = nullptr;  // identifies the BLAS set
     ResourceState* state = nullptr;            // state of an import
     Persistent* persistent = nullptr;
+    bool isConcurrent = false;    // a pass that may run on the compute queue uses it
     uint64_t* lastUse = nullptr;  // of a transient in a block: TransientPool's frame number of its last use
 };
 
@@ -155,7 +156,8 @@ struct Renderer::Impl {
     uint64_t TakeUniform(uint64_t bytes);
     void FillAddresses(const DeclaredPass& pass);
     void UploadUniforms();
-    void Record(rhi::CommandList& commands, FrameTiming& timing);
+    void Record(rhi::CommandList& commands, const PlannedBatch& batch, FrameTiming& timing);
+    rhi::Submission SubmitBatches(FrameTiming& timing, const Stopwatch& recording);
     void RecordPass(rhi::CommandList& commands, const PlannedPass& planned);
     void RecordBarriers(rhi::CommandList& commands, const BarrierRange& range, bool holdsTransfers);
     void BindPass(rhi::CommandList& commands, const DeclaredPass& pass);

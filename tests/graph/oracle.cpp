@@ -43,19 +43,46 @@ constexpr VkAccessFlags2 kWrites =
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT |
     VK_ACCESS_2_HOST_WRITE_BIT | VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR;
 
+// Bits that no stage above has.
+constexpr size_t kFirstComputeBit = 42;
+constexpr std::array<size_t, kSemaphoreCount> kSemaphoreBits{4,  5,  6,  17, 18, 19, 20, 22,
+                                                             23, 24, 26, 27, 28, 29, 30, 31};
+constexpr size_t kAllStages = 2 * kStages.size() + kSemaphoreCount;
+
+constexpr VkPipelineStageFlags2 StageAt(size_t s) {
+    if (s < kStages.size()) return kStages[s];
+    if (s < 2 * kStages.size()) return VkPipelineStageFlags2{1} << (kFirstComputeBit + s - kStages.size());
+    return VkPipelineStageFlags2{1} << kSemaphoreBits[s - 2 * kStages.size()];
+}
+
 template <typename Run>
 void ForEachStage(VkPipelineStageFlags2 stages, Run&& run) {
-    for (size_t s = 0; s < kStages.size(); ++s)
-        if ((stages & kStages[s]) != 0) run(s);
+    for (size_t s = 0; s < kAllStages; ++s)
+        if ((stages & StageAt(s)) != 0) run(s);
 }
 
 }  // namespace
 
+VkPipelineStageFlags2 SemaphoreStage(size_t number) {
+    return VkPipelineStageFlags2{1} << kSemaphoreBits.at(number);
+}
+
+Scope OnQueue(const Scope& scope, rhi::QueueKind queue) {
+    if (queue != rhi::QueueKind::Compute) return scope;
+    Scope mapped{0, scope.access};
+    const VkPipelineStageFlags2 stages = Expand(scope.stages);
+    for (size_t s = 0; s < kStages.size(); ++s)
+        if ((stages & kStages[s]) != 0) mapped.stages |= StageAt(kStages.size() + s);
+    return mapped;
+}
+
 VkPipelineStageFlags2 Expand(VkPipelineStageFlags2 stages) {
-    VkPipelineStageFlags2 all = 0;
-    for (const VkPipelineStageFlags2 stage : kStages) all |= stage;
+    VkPipelineStageFlags2 all = 0, commands = 0;
+    for (size_t s = 0; s < kAllStages; ++s) all |= StageAt(s);
+    for (const VkPipelineStageFlags2 stage : kStages) commands |= stage;
     if ((stages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0)
-        stages = (stages & ~VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) | (all & ~VK_PIPELINE_STAGE_2_HOST_BIT);
+        stages =
+            (stages & ~VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) | (commands & ~VK_PIPELINE_STAGE_2_HOST_BIT);
     if ((stages & VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT) != 0)
         stages = (stages & ~VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT) | kTransferStages;
     if ((stages & ~all) != 0) throw std::logic_error("the memory model does not know a stage");
@@ -97,7 +124,7 @@ void Memory::MakeVisible(Part& part, const Scope& dst) {
 
 Memory::Event Memory::EventOf(const Scope& scope, const std::string& who) {
     Event event{.who = who, .writes = scope.access & kWrites};
-    ForEachStage(scope.stages, [&](size_t s) { event.parts.push_back({.stage = kStages[s]}); });
+    ForEachStage(scope.stages, [&](size_t s) { event.parts.push_back({.stage = StageAt(s)}); });
     return event;
 }
 
@@ -138,7 +165,7 @@ std::string Memory::Invisible(const Scope& scope, const std::string& who) const 
     for (const Event& write : m_writes)
         for (const Part& part : write.parts)
             ForEachStage(scope.stages, [&](size_t s) {
-                if ((part.happensBefore & kStages[s]) == 0)
+                if ((part.happensBefore & StageAt(s)) == 0)
                     wrong = who + " is not ordered after " + write.who;
                 else if ((scope.access & ~part.visible[s]) != 0)
                     wrong = who + " does not see " + write.who;
@@ -198,7 +225,10 @@ struct Oracle::Frame {
     const FrameGraph& graph;
     const Plan& plan;
     std::vector<std::string> wrong;
-    std::vector<Span> spans;  // by resource
+    std::vector<Span> spans;                      // by resource
+    rhi::QueueKind queue = rhi::QueueKind::Main;  // of the batch that is judged
+    // By resource and place: the family to which it was released, for an acquisition that must follow.
+    std::map<std::pair<uint32_t, uint32_t>, uint32_t> released;
     // By resource, place of the subresource and version.
     std::map<std::tuple<uint32_t, uint32_t, uint32_t>, uint64_t> contentsOf;
     // Objects of transients; those that share memory use the images alone.
@@ -224,6 +254,13 @@ struct Oracle::Frame {
                 Covers(use.part, r, place))
                 last = std::max(last, use.versionOut);
         return last;
+    }
+    // IGNORED stands for the main queue's family.
+    uint32_t Known(uint32_t family) const {
+        return family == graph.queueFamily ? VK_QUEUE_FAMILY_IGNORED : family;
+    }
+    uint32_t OwnFamily() const {
+        return queue == rhi::QueueKind::Compute ? Known(graph.computeFamily) : VK_QUEUE_FAMILY_IGNORED;
     }
     bool IsShared(uint32_t r) const {
         return Resource(r).origin == Origin::Transient && plan.lifetimes[r].block != kNone;
@@ -262,23 +299,74 @@ Oracle::Image& Oracle::ImageOf(Frame& frame, uint32_t r, uint32_t place) {
     return ObjectOf(frame, r).images[place];
 }
 
+void Oracle::FindSpans(Frame& frame) {
+    frame.spans.resize(frame.graph.resources.size());
+    std::array<uint32_t, 2> next{};  // by queue
+    for (const PlannedBatch& batch : frame.plan.batches)
+        for (uint32_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position) {
+            const uint32_t p = frame.plan.passes[position].pass;
+            if (p < next.at(IndexOf(batch.queue)))
+                frame.Note("passes are not executed in the order of their declaration");
+            next.at(IndexOf(batch.queue)) = p + 1;
+            const GraphPass& pass = frame.graph.passes[p];
+            for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+                Span& span = frame.spans[frame.graph.uses[u].resource];
+                const bool isBeside = batch.queue == rhi::QueueKind::Compute;
+                span.first = isBeside ? 0 : std::min(span.first, position);
+                span.last = isBeside ? static_cast<uint32_t>(frame.plan.passes.size())
+                                     : std::max(span.last, position);
+            }
+        }
+    for (const Root& root : frame.graph.roots)
+        if (frame.spans[root.resource].IsUsed())
+            frame.spans[root.resource].last = static_cast<uint32_t>(frame.plan.passes.size());
+}
+
+void Oracle::OrderAll(Frame& frame, const Scope& src, const Scope& dst) {
+    const auto order = [&](std::vector<Segment>& segments) {
+        for (Segment& segment : segments) segment.memory.Barrier(src, dst);
+    };
+    for (auto& [name, object] : m_objects) order(object.segments);
+    for (auto& [resource, object] : frame.passing) order(object.segments);
+    for (std::vector<Segment>& block : m_blocks) order(block);
+}
+
+void Oracle::JudgeBatch(Frame& frame, uint32_t index) {
+    const PlannedBatch& batch = frame.plan.batches[index];
+    frame.queue = batch.queue;
+    const Scope all = OnQueue({VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, kAnything}, batch.queue);
+    if (batch.waitsFor != kNone) OrderAll(frame, {SemaphoreStage(batch.waitsFor), 0}, all);
+    for (uint32_t position = batch.firstPass; position < batch.firstPass + batch.passCount; ++position) {
+        const PlannedPass& planned = frame.plan.passes[position];
+        JudgeBarriers(frame, planned.barriers, std::string(frame.graph.passes[planned.pass].name));
+        JudgePass(frame, planned);
+    }
+    for (uint32_t b = 0; b < batch.release.count; ++b)
+        JudgeRelease(frame, frame.plan.barriers[batch.release.first + b]);
+    if (frame.plan.batches.size() > 1 && index + 1 < frame.plan.batches.size())
+        OrderAll(frame, all, {SemaphoreStage(index), 0});
+}
+
+// The first half of a transfer of ownership: the other one carries out the transition.
+void Oracle::JudgeRelease(Frame& frame, const PlannedBarrier& barrier) {
+    const uint32_t r = barrier.resource;
+    const Scope src = OnQueue({barrier.dependency.srcStages, barrier.dependency.srcAccess}, frame.queue);
+    const Scope rest = OnQueue({VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, kAnything}, frame.queue);
+    const std::string who = "the release of " + std::string(frame.Resource(r).name);
+    for (uint32_t place = 0; place < frame.PlaceCount(r); ++place) {
+        if (!frame.Covers(barrier.part, r, place)) continue;
+        if (ImageOf(frame, r, place).queueFamily != frame.Known(barrier.srcQueueFamily) ||
+            frame.OwnFamily() != frame.Known(barrier.srcQueueFamily))
+            frame.Note(who + " is by a queue family that does not have it");
+        for (Segment* segment : Segments(frame, r, place))
+            frame.Note(segment->memory.Transition(src, rest, who));
+        frame.released[{r, place}] = frame.Known(barrier.dstQueueFamily);
+    }
+}
+
 std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan) {
     Frame frame{.graph = graph, .plan = plan};
-    frame.spans.resize(graph.resources.size());
-    uint32_t position = 0, next = 0;
-    for (const PlannedPass& planned : plan.passes) {
-        if (planned.pass < next) frame.Note("passes are not executed in the order of their declaration");
-        next = planned.pass + 1;
-        const GraphPass& pass = graph.passes[planned.pass];
-        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
-            Span& span = frame.spans[graph.uses[u].resource];
-            span.first = std::min(span.first, position);
-            span.last = position;
-        }
-        ++position;
-    }
-    for (const Root& root : graph.roots)
-        if (frame.spans[root.resource].IsUsed()) frame.spans[root.resource].last = position;
+    FindSpans(frame);
     JudgeSharing(frame);
     PlaceTransients(frame);
     for (uint32_t r = 0; r < graph.resources.size(); ++r)
@@ -287,10 +375,9 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
                 frame.contentsOf[{r, place, 0}] = Segments(frame, r, place).front()->contents;
 
     JudgeBarriers(frame, plan.acquire, "the first pass");
-    for (const PlannedPass& planned : plan.passes) {
-        JudgeBarriers(frame, planned.barriers, std::string(graph.passes[planned.pass].name));
-        JudgePass(frame, planned);
-    }
+    for (uint32_t batch = 0; batch < plan.batches.size(); ++batch) JudgeBatch(frame, batch);
+    if (frame.queue != rhi::QueueKind::Main) frame.Note("the frame does not end on the main queue");
+    JudgeBarriers(frame, plan.regain, "the end");
     JudgeBarriers(frame, plan.finish, "the end");
     JudgeEnd(frame);
     JudgeBarriers(frame, plan.release, "the release");
@@ -351,8 +438,8 @@ void Oracle::JudgeBarriers(Frame& frame, const BarrierRange& range, const std::s
 void Oracle::JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std::string& before) {
     const uint32_t r = barrier.resource;
     const Dependency& dependency = barrier.dependency;
-    const Scope src{dependency.srcStages, dependency.srcAccess};
-    const Scope dst{dependency.dstStages, dependency.dstAccess};
+    const Scope src = OnQueue({dependency.srcStages, dependency.srcAccess}, frame.queue);
+    const Scope dst = OnQueue({dependency.dstStages, dependency.dstAccess}, frame.queue);
     const std::string who = "the transition of " + std::string(frame.Resource(r).name) + " before " + before;
     const bool isTexture = frame.Resource(r).kind == ResourceKind::Texture;
     if (isTexture && (barrier.part.level + barrier.part.levelCount > frame.Resource(r).levels ||
@@ -362,9 +449,6 @@ void Oracle::JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std
     const bool dropsContents = isTexture && dependency.oldLayout == VK_IMAGE_LAYOUT_UNDEFINED &&
                                dependency.newLayout != VK_IMAGE_LAYOUT_UNDEFINED;
     const bool isTransition = changesOwner || dropsContents || dependency.oldLayout != dependency.newLayout;
-    const auto otherFamily = [&](uint32_t family) {
-        return family == frame.graph.queueFamily ? VK_QUEUE_FAMILY_IGNORED : family;
-    };
     for (uint32_t place = 0; place < frame.PlaceCount(r); ++place) {
         if (!frame.Covers(barrier.part, r, place)) continue;
         Image& image = ImageOf(frame, r, place);
@@ -381,10 +465,24 @@ void Oracle::JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std
                 segment->contents = ++m_lastContents;
         }
         if (isTexture) image.layout = dependency.newLayout;
+        if (dropsContents && image.queueFamily == frame.Known(frame.graph.computeFamily))
+            image.queueFamily = VK_QUEUE_FAMILY_IGNORED;
+        if (dropsContents && !frame.Resource(r).isShared) image.queueFamily = frame.OwnFamily();
         if (!changesOwner) continue;
-        if (image.queueFamily != otherFamily(barrier.srcQueueFamily))
+        if (image.queueFamily != frame.Known(barrier.srcQueueFamily))
             frame.Note(who + " takes it from a queue family that does not have it");
-        image.queueFamily = otherFamily(barrier.dstQueueFamily);
+        image.queueFamily = frame.Known(barrier.dstQueueFamily);
+        const bool isFromUs = barrier.srcQueueFamily == frame.graph.queueFamily ||
+                              barrier.srcQueueFamily == frame.graph.computeFamily;
+        const bool isToUs = barrier.dstQueueFamily == frame.graph.queueFamily ||
+                            barrier.dstQueueFamily == frame.graph.computeFamily;
+        if (!isFromUs || !isToUs) continue;
+        const auto released = frame.released.find({r, place});
+        if (released == frame.released.end() || released->second != image.queueFamily ||
+            image.queueFamily != frame.OwnFamily())
+            frame.Note(who + " takes what was not released to it");
+        else
+            frame.released.erase(released);
     }
 }
 
@@ -402,12 +500,9 @@ void Oracle::OrderTheRest(Frame& frame, const PlannedBarrier& barrier) {
     const bool isMemoryBarrier = isHandOver && (!isTexture || dependency.srcAccess != VK_ACCESS_2_NONE);
     for (Segment& segment : AllSegments(frame, r)) {
         if (own.contains(&segment)) continue;
-        if (isMemoryBarrier)
-            segment.memory.Barrier({dependency.srcStages, dependency.srcAccess},
-                                   {dependency.dstStages, dependency.dstAccess});
-        else
-            segment.memory.Barrier({dependency.srcStages, VK_ACCESS_2_NONE},
-                                   {dependency.dstStages, VK_ACCESS_2_NONE});
+        const Scope src{dependency.srcStages, isMemoryBarrier ? dependency.srcAccess : VK_ACCESS_2_NONE};
+        const Scope dst{dependency.dstStages, isMemoryBarrier ? dependency.dstAccess : VK_ACCESS_2_NONE};
+        segment.memory.Barrier(OnQueue(src, frame.queue), OnQueue(dst, frame.queue));
     }
 }
 
@@ -448,10 +543,14 @@ void Oracle::JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first, ui
         version = use.versionOut;
     }
     if (!isUsed) return;
-    const Image& image = ImageOf(frame, r, place);
+    Image& image = ImageOf(frame, r, place);
     if (resource.kind == ResourceKind::Texture && image.layout != layout)
         frame.Note(who + " finds another layout");
-    if (image.queueFamily != VK_QUEUE_FAMILY_IGNORED) frame.Note(who + " finds it with another queue family");
+    const uint32_t owner = resource.isShared ? VK_QUEUE_FAMILY_IGNORED : frame.OwnFamily();
+    if (!needsContents && resource.kind == ResourceKind::Buffer && !resource.isShared)
+        image.queueFamily = owner;  // whoever needs no contents needs no transfer either
+    if (image.queueFamily != owner) frame.Note(who + " finds it with another queue family");
+    scope = OnQueue(scope, frame.queue);
 
     const bool isNew = versionIn == 0 && resource.origin == Origin::Transient;
     if (needsContents && !isNew) {
@@ -520,6 +619,9 @@ void Oracle::JudgeEnd(Frame& frame) {
                 resource.persistence == Persistence::Always || frame.needsLastFrame.contains({r, place});
             if (resource.origin == Origin::Persistent && isAlways && !HasNewest(frame, r, place))
                 frame.Note(Text("the next frame does not find the newest {}", resource.name));
+            if (resource.origin != Origin::Transient && frame.spans[r].IsUsed() &&
+                ImageOf(frame, r, place).queueFamily != VK_QUEUE_FAMILY_IGNORED)
+                frame.Note(Text("the next frame finds {} with another queue family", resource.name));
             if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
                 ImageOf(frame, r, place).layout != frame.plan.states[r].layout)
                 frame.Note(Text("the owner of {} finds another layout", resource.name));

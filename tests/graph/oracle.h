@@ -29,6 +29,11 @@ struct Scope {
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
 };
+// The stages of the compute queue are stages of their own: a barrier on one queue orders nothing on the other.
+Scope OnQueue(const Scope& scope, rhi::QueueKind queue);
+// The stage between a signal and the waits for it, of which there are this many.
+inline constexpr size_t kSemaphoreCount = 16;
+VkPipelineStageFlags2 SemaphoreStage(size_t number);
 
 class Memory {
   public:
@@ -45,7 +50,7 @@ class Memory {
     void HandedOver(VkPipelineStageFlags2 waitStages, const std::string& who);
 
   private:
-    static constexpr size_t kStageCount = 15;
+    static constexpr size_t kStageCount = 46;  // of both queues, and a stage for each semaphore
     // One access in one of its stages.
     struct Part {
         VkPipelineStageFlags2 stage = 0;          // 0: a transition, which is in none
@@ -114,7 +119,12 @@ class Oracle {
 
     void JudgeSharing(Frame& frame);
     void PlaceTransients(Frame& frame);
+    void FindSpans(Frame& frame);
+    void JudgeBatch(Frame& frame, uint32_t index);
     void JudgeBarriers(Frame& frame, const BarrierRange& range, const std::string& before);
+    void JudgeRelease(Frame& frame, const PlannedBarrier& barrier);
+    // A barrier for all memory that the frame can reach.
+    void OrderAll(Frame& frame, const Scope& src, const Scope& dst);
     void JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std::string& before);
     void OrderTheRest(Frame& frame, const PlannedBarrier& barrier);
     void JudgePass(Frame& frame, const PlannedPass& planned);

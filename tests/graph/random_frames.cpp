@@ -11,6 +11,7 @@ namespace raygraph {
 namespace {
 
 constexpr uint32_t kFamily = 0;
+constexpr uint32_t kComputeFamily = 2;
 constexpr uint32_t kOtherFamily = 3;
 
 // The kinds of resources that an access can have, apart from what the graph refuses.
@@ -37,8 +38,10 @@ bool Fits(ResourceKind kind, const golden::AccessRow& row) {
 
 }  // namespace
 
-RandomFrames::RandomFrames(uint64_t seed, oracle::Oracle& oracle) : m_random(seed) {
+RandomFrames::RandomFrames(uint64_t seed, oracle::Oracle& oracle, bool hasComputeQueue)
+    : m_random(seed), m_hasComputeQueue(hasComputeQueue) {
     m_graph.queueFamily = kFamily;
+    if (m_hasComputeQueue) m_graph.computeFamily = Chance(80) ? kComputeFamily : kFamily;
     constexpr std::array<VkPipelineStageFlags2, 4> kWaits{
         VK_PIPELINE_STAGE_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
         VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT};
@@ -69,6 +72,8 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
                      .format = rhi::Format::Rgba32Float,
                      .bytes = 64};
     MakeParts(kept.resource);
+    const bool isOneObject = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
+    if (m_hasComputeQueue && isOneObject) kept.resource.isShared = Chance(50);
     const bool hasOwner = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
     if (origin == Origin::Imported && hasOwner && Chance(70)) {
         kept.owner = m_waitStages != 0 && Chance(70) ? Owner::Signals : Owner::Queue;
@@ -185,6 +190,7 @@ void RandomFrames::AddPass(uint32_t number) {
     const PassKind kind = kKinds[Below(kKinds.size())];
     m_graph.AddPass(std::string(Name(kind)) + ' ' + std::to_string(number), kind);
     m_graph.passes.back().keepAlive = Chance(35);
+    if (m_hasComputeQueue && Chance(50)) m_graph.passes.back().queue = rhi::QueueKind::Compute;
     uint32_t wanted = 1 + Below(4);
     for (uint32_t attempt = 0; attempt < 60 && wanted > 0; ++attempt) {
         const golden::AccessRow& row = golden::kAccessRows[Below(golden::kAccessRows.size())];

@@ -18,8 +18,8 @@ namespace raygraph {
 
 class RandomFrames {
   public:
-    // `oracle` is told what owners do, from the beginning on.
-    RandomFrames(uint64_t seed, oracle::Oracle& oracle);
+    // `oracle` is told what owners do, from the beginning on. With a compute queue, some passes ask for it.
+    RandomFrames(uint64_t seed, oracle::Oracle& oracle, bool hasComputeQueue = false);
 
     // Declares the next frame.
     const FrameGraph& Declare();
@@ -56,6 +56,7 @@ class RandomFrames {
     void ReadOnHost(uint32_t resource);
 
     std::mt19937_64 m_random;
+    bool m_hasComputeQueue;
     VkPipelineStageFlags2 m_waitStages = 0;
     std::vector<Kept> m_kept;
     FrameGraph m_graph;

@@ -26,9 +26,9 @@ std::string Lines(const std::vector<std::string>& lines) {
 
 // Calls `look` with each frame's oracle, before it judges, graph and plan.
 template <typename Look>
-void ForEachFrame(uint64_t seed, Look&& look) {
+void ForEachFrame(uint64_t seed, Look&& look, bool hasComputeQueue = false) {
     Oracle oracle;
-    RandomFrames frames(seed, oracle);
+    RandomFrames frames(seed, oracle, hasComputeQueue);
     for (int f = 0; f < kFrames; ++f) {
         const FrameGraph& graph = frames.Declare();
         const Plan plan = Compile(graph);
@@ -57,6 +57,24 @@ TEST(RandomGraph, EveryHazardIsOrderedVisibleAndInTheRightLayout) {
     EXPECT_GT(shared, kSeeds);
     EXPECT_GT(parts, kSeeds * kFrames);
     EXPECT_GT(transfers, kSeeds / 10);
+}
+
+TEST(RandomGraph, OnTwoQueuesEveryHazardIsOrderedVisibleAndOwned) {
+    size_t batches = 0, waits = 0, transfers = 0;
+    for (uint64_t seed = 0; seed < kSeeds && !::testing::Test::HasFailure(); ++seed)
+        ForEachFrame(
+            seed,
+            [&](const Oracle&, const FrameGraph&, const Plan& plan) {
+                batches += plan.batches.size();
+                for (const PlannedBatch& batch : plan.batches) {
+                    waits += batch.waitsFor != kNone ? 1 : 0;
+                    transfers += batch.release.count;
+                }
+            },
+            true);
+    EXPECT_GT(batches, kSeeds * kFrames * 3);
+    EXPECT_GT(waits, kSeeds * kFrames);
+    EXPECT_GT(transfers, kSeeds);
 }
 
 // How many of the planted faults are found, of how many.
@@ -183,6 +201,37 @@ TEST(RandomGraph, DroppedBarrierIsFound) {
         });
     EXPECT_GT(drops.planted, 1000u);
     EXPECT_EQ(drops.found, drops.planted) << drops.missed;
+}
+
+TEST(RandomGraph, DroppedWaitOfAQueueIsFound) {
+    Found waits, releases;
+    for (uint64_t seed = 0; seed < kSeeds / 4; ++seed)
+        ForEachFrame(
+            seed,
+            [&](const Oracle& oracle, const FrameGraph& graph, const Plan& plan) {
+                for (size_t b = 0; b < plan.batches.size(); ++b) {
+                    const PlannedBatch& batch = plan.batches[b];
+                    const std::string what =
+                        "seed " + std::to_string(seed) + ", batch " + std::to_string(b + 1);
+                    // The first wait of the compute queue is a precaution where no frame was before, and the
+                    // last of the main queue where nobody reads what it waits for.
+                    if (batch.waitsFor != kNone && batch.waitsFor != 0 && batch.passCount > 0) {
+                        Plan fault = plan;
+                        fault.batches[b].waitsFor = kNone;
+                        waits.Judge(oracle, graph, fault, what);
+                    }
+                    if (batch.release.count > 0) {
+                        Plan fault = plan;
+                        fault.batches[b].release.count = 0;
+                        releases.Judge(oracle, graph, fault, what);
+                    }
+                }
+            },
+            true);
+    EXPECT_GT(waits.planted, 200u);
+    EXPECT_GT(releases.planted, 100u);
+    EXPECT_EQ(waits.found, waits.planted) << waits.missed;
+    EXPECT_EQ(releases.found, releases.planted) << releases.missed;
 }
 
 TEST(RandomGraph, WeakenedAccessMaskIsFound) {
