@@ -136,7 +136,7 @@ ComputePipeline::ComputePipeline(Device& device, const ComputePipelineDesc& desc
     create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
     create.stage = stages.Infos()[0];
     create.layout = m_layout;
-    // For CommandList::SetPortion. Pipelines that are never divided have the flag, too: NVIDIA's driver 570
+    // For CommandList::SetPortion. Pipelines that are never divided have the flag, too: NVIDIA's driver 580
     // takes one without it from its cache for one with it, whose dispatches then ignore their base.
     create.flags = device.PipelineFlags() | VK_PIPELINE_CREATE_DISPATCH_BASE_BIT;
     const Stopwatch stopwatch;
