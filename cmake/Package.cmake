@@ -28,8 +28,7 @@ configure_file(${PROJECT_SOURCE_DIR}/packaging/changelog.in ${papers}/changelog 
 file(READ LICENSE license)
 file(READ THIRD_PARTY.md others)
 file(CONFIGURE OUTPUT ${papers}/copyright CONTENT "@license@\n\n@others@" @ONLY)
-file(ARCHIVE_CREATE OUTPUT ${papers}/changelog.Debian.gz PATHS ${papers}/changelog
-    FORMAT raw COMPRESSION GZip COMPRESSION_LEVEL 9)
+execute_process(COMMAND gzip -9nc ${papers}/changelog OUTPUT_FILE ${papers}/changelog.Debian.gz COMMAND_ERROR_IS_FATAL ANY)
 
 # _raygraph_deb(PACKAGE [BINARY] SECTION <section> [DEPENDS <packages>] [RECOMMENDS <packages>] [SUGGESTS <packages>]
 #               COMPONENTS <components>... DESCRIPTION <line> <text>)
@@ -104,6 +103,8 @@ if(TARGET raygraph_python)
             "Raygraph renders glTF scenes by path tracing on any Vulkan device with ray
 tracing. From Python it renders scenes of files and of arrays into arrays, and
 runs passes from GLSL text.")
+    set(scripts ${PROJECT_SOURCE_DIR}/packaging/python3)
+    set(CPACK_DEBIAN_RAYGRAPH_PYTHON_PACKAGE_CONTROL_EXTRA "${scripts}/postinst;${scripts}/prerm")
 endif()
 
 set(folder ${CMAKE_INSTALL_DATADIR}/doc/raygraph)

@@ -16,8 +16,8 @@ Fail() {
 count=0
 for command in '' $("$program" --help | sed -n '/^Commands:$/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
     name=raygraph${command:+-$command}
-    [[ -s $pages/$name.1 ]] || Fail "there is no $name.1"
-    text=$(groff -man -ww -K utf8 -T utf8 -P -c "$pages/$name.1" 2>"$prefix/warnings" | sed $'s/.\b//g' | tr -s ' ')
+    [[ -s $pages/$name.1.gz ]] || Fail "there is no $name.1.gz"
+    text=$(gunzip -c -- "$pages/$name.1.gz" | groff -man -ww -K utf8 -T utf8 -P -c 2>"$prefix/warnings" | sed $'s/.\b//g' | tr -s ' ')
     [[ ! -s $prefix/warnings ]] || Fail "$name.1: $(<"$prefix/warnings")"
     [[ $text == *NAME*" $name - "* ]] || Fail "$name.1 has another name"
     # shellcheck disable=SC2086
