@@ -15,7 +15,6 @@ execute_process(COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET
         -P ${CMAKE_CURRENT_LIST_DIR}/InstallHeaders.cmake)
 file(COPY ${RAYGRAPH_SOURCE_DIR}/c/raygraph.h DESTINATION ${work}/include)
 file(COPY ${RAYGRAPH_SOURCE_DIR}/README.md ${RAYGRAPH_SOURCE_DIR}/docs DESTINATION ${work})
-file(COPY ${RAYGRAPH_SOURCE_DIR}/c/raygraph.h DESTINATION ${work}/include)
 # Doxygen reads comments that begin with three slashes; the first of a file is the file's own. A # before a word would be a link.
 file(WRITE ${work}/header.sed [[
 1s|^// |/// @file\n/// |
