@@ -278,10 +278,11 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
                      uint64_t maxStorageBytes) {
     const GraphPass& pass = graph.passes.back();
     if (!interface) {
-        const std::string kind = Text("is of kind {} and has no shaders", Name(pass.kind));
-        if (!declared.bindings.empty())
-            Fail(pass, "{}: it cannot bind {}", kind, Quoted(declared.bindings[0].name));
-        if (declared.hasConstants) Fail(pass, "{}: it cannot take constants", kind);
+        const auto fail = [&](const std::string& what) {
+            Fail(pass, "is of kind {} and has no shaders: it cannot {}", Name(pass.kind), what);
+        };
+        if (!declared.bindings.empty()) fail("bind " + Quoted(declared.bindings[0].name));
+        if (declared.hasConstants) fail("take constants");
         return;
     }
     std::vector<size_t>& places = declared.places;
