@@ -16,7 +16,7 @@ namespace {
 
 // Holds the header before the driver's bytes in the file, in the machine's byte order.
 struct FileHeader {
-    std::array<char, 8> magic{'R', 'G', 'P', 'I', 'P', 'E', '0', '1'};
+    std::array<char, 8> magic{'R', 'G', 'P', 'I', 'P', 'E', '0', '2'};
     uint64_t size = 0;
     uint64_t checksum = 0;
 };

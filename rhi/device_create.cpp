@@ -272,6 +272,12 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     const AdoptedQueue mainQueue{desc.queue, desc.queueFamily};
     refuseFamily(mainQueue, Requirements().queueFlags, "graphics, compute and transfer");
     refuseFamily(desc.computeQueue, VK_QUEUE_COMPUTE_BIT, "compute");
+    const auto timestampBits = [&](uint32_t family) {
+        return family < familyCount ? families[family].queueFamilyProperties.timestampValidBits : 0;
+    };
+    if (desc.computeQueue.queue && timestampBits(desc.computeQueue.family) != timestampBits(desc.queueFamily))
+        refusals.push_back(Text("queue family {} has other timestamps than family {}",
+                                desc.computeQueue.family, desc.queueFamily));
     // Graphics and compute include transfers, whether their families say so or not.
     if (desc.transferQueue.family >= familyCount ||
         (families[desc.transferQueue.family].queueFamilyProperties.queueFlags &

@@ -305,9 +305,19 @@ class Probe {
         std::vector<VkQueueFamilyProperties2> families(
             count, {VK_STRUCTURE_TYPE_QUEUE_FAMILY_PROPERTIES_2, nullptr, {}});
         m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, families.data());
-        for (uint32_t i = 0; i < count; ++i)
-            if (Suits(families[i].queueFamilyProperties, queue)) return i;
-        return std::nullopt;
+        const auto find = [&](auto&& suits) -> std::optional<uint32_t> {
+            for (uint32_t i = 0; i < count; ++i)
+                if (suits(families[i].queueFamilyProperties)) return i;
+            return std::nullopt;
+        };
+        const auto main = find([](const auto& family) { return Suits(family, QueueKind::Main); });
+        if (!main || queue == QueueKind::Main) return main;
+        // The timestamps of a frame are read alike on both.
+        const uint32_t timestampBits = families[*main].queueFamilyProperties.timestampValidBits;
+        return find([&](const auto& family) {
+            return Suits(family, queue) &&
+                   (queue != QueueKind::Compute || family.timestampValidBits == timestampBits);
+        });
     }
 
   private:
@@ -318,8 +328,7 @@ class Probe {
             case QueueKind::Main:
                 return has(Requirements().queueFlags);
             case QueueKind::Compute:
-                return has(VK_QUEUE_COMPUTE_BIT) && !has(VK_QUEUE_GRAPHICS_BIT) &&
-                       family.timestampValidBits > 0;
+                return has(VK_QUEUE_COMPUTE_BIT) && !has(VK_QUEUE_GRAPHICS_BIT);
             case QueueKind::Transfer:
                 break;
         }

@@ -175,7 +175,8 @@ MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
 
 Buffer Device::CreateBuffer(const BufferDesc& desc) {
     CheckDesc(*this, desc);
-    RequireMemory(Describe(desc), desc.size);
+    const std::string subject = Describe(desc);
+    RequireMemory(subject, desc.size);
     const VkBufferCreateInfo info = CreateInfo(desc, QueueFamilies());
     // The whole buffer is aligned, so that an address at offset 0 always is.
     uint64_t alignment = 16;
@@ -190,13 +191,13 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
         .mustBeDeviceLocal = Has(desc.usage, BufferUsage::AccelerationStructure),  // every ray traverses it
         .isOnlyCopied = Has(BufferUsage::CopySource | BufferUsage::CopyDestination, desc.usage),
         .isDedicated = desc.hasOwnMemory};
+    // The owner is complete before it has anything to free.
     Buffer buffer;
-    CheckMemory(m_impl->allocator->CreateBuffer(info, request, buffer.m_buffer, buffer.m_memory),
-                Describe(desc));
     buffer.m_desc = desc;
     buffer.m_device = this;
+    CheckMemory(m_impl->allocator->CreateBuffer(info, request, buffer.m_buffer, buffer.m_memory), subject);
     buffer.m_mapped = buffer.m_memory.mapped;
-    TrackMemory(buffer.m_memory, Describe(desc), desc.memory == MemoryKind::Device);
+    TrackMemory(buffer.m_memory, subject, desc.memory == MemoryKind::Device);
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
@@ -272,16 +273,17 @@ void Device::Finish(Texture& texture) {
 }
 
 Texture Device::CreateTexture(const TextureDesc& desc) {
-    RequireMemory(Describe(desc), RequirementsOf(desc).size);
+    const std::string subject = Describe(desc);
+    RequireMemory(subject, RequirementsOf(desc).size);
     const VkImageCreateInfo info = CreateInfo(desc, QueueFamilies());
     Texture texture;
-    CheckMemory(
-        m_impl->allocator->CreateImage(info, {.name = desc.name.c_str()}, texture.m_image, texture.m_memory),
-        Describe(desc));
     texture.m_desc = desc;
     texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT || QueueFamilies().size() == 1;
     texture.m_device = this;
-    TrackMemory(texture.m_memory, Describe(desc), true);
+    CheckMemory(
+        m_impl->allocator->CreateImage(info, {.name = desc.name.c_str()}, texture.m_image, texture.m_memory),
+        subject);
+    TrackMemory(texture.m_memory, subject, true);
     Finish(texture);
     return texture;
 }
@@ -379,8 +381,8 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     RequireMemory(subject, requirements.size);
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
     MemoryBlock block;
-    CheckMemory(m_impl->allocator->Allocate(needed, {.name = name.c_str()}, block.m_memory), subject);
     block.m_device = this;
+    CheckMemory(m_impl->allocator->Allocate(needed, {.name = name.c_str()}, block.m_memory), subject);
     // The block has one memory type from here on, which bound resources must be able to use.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << block.m_memory.memoryType};
     TrackMemory(block.m_memory, subject, true);

@@ -83,7 +83,7 @@ CommandList Device::BeginCommands(const std::string& name, QueueKind queue) {
 void Device::Recycle(CommandList& commands, const Submission& submission) noexcept {
     if (commands.m_pool != VK_NULL_HANDLE) {
         const std::lock_guard lock(m_impl->slotMutex);
-        m_impl->slots.push_back({commands.m_pool, commands.m_commands, submission});
+        m_impl->slots.push_back({commands.m_pool, commands.m_commands, {submission.value, commands.m_queue}});
     }
     m_impl->retired.CloseList(commands.m_serial, submission);
     commands.m_device = nullptr;

@@ -175,6 +175,8 @@ void Uploader::UploadBuffer(const Buffer& target, uint64_t offset, std::span<con
     const std::string subject = "buffer '" + target.Desc().name + "'";
     if (!Has(target.Desc().usage, BufferUsage::CopyDestination))
         RejectCopy(subject, "it has no usage CopyDestination");
+    if (m_desc.queue != QueueKind::Main && !target.IsShared())
+        RejectCopy(subject, "it belongs to the main queue, the upload is for the transfer queue");
     if (bytes.size() > target.Size() || offset > target.Size() - bytes.size())
         RejectCopy(subject, Text("{} bytes at {}, it has {}", bytes.size(), offset, target.Size()));
     while (!bytes.empty()) {

@@ -283,7 +283,8 @@ ResourceState& Compiler::StateFor(uint32_t number) {
         state = {.writeStages = kOwnerStages,
                  .visibleStages = ~VkPipelineStageFlags2{0},
                  .visibleAccess = ~VkAccessFlags2{0},
-                 .layout = StatesOn(use.changedOn)[number].layout};
+                 .layout = StatesOn(use.changedOn)[number].layout,
+                 .queueFamily = m_plan.states[number].queueFamily};
         use.isSynchronized = true;
     }
     return state;
@@ -339,6 +340,13 @@ PlannedBarrier Compiler::PlanOnQueue(uint32_t resource, uint32_t number, const S
         dependency.isNeeded = transfers || dependency.oldLayout != dependency.newLayout;
         dependency.srcStages = request.masks.stages;
     }
+    // Reads by the other queue are in no state of this one, and what waits for nothing would not follow the
+    // semaphore that tells of them.
+    const rhi::QueueKind other =
+        Queue() == rhi::QueueKind::Compute ? rhi::QueueKind::Main : rhi::QueueKind::Compute;
+    if (dependency.isNeeded && dependency.srcStages == VK_PIPELINE_STAGE_2_NONE &&
+        use.lastBatch[IndexOf(other)] > 0)
+        dependency.srcStages = request.masks.stages;
     use.lastBatch[IndexOf(Queue())] = m_batch;
     if (moves || request.writes || dependency.oldLayout != dependency.newLayout) {
         use.changedOn = Queue();
@@ -353,7 +361,11 @@ void Compiler::ReturnToMain() {
     for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
         const GraphResource& resource = m_graph.resources[r];
         m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
-            const ResourceState& state = StateFor(number);
+            ResourceState& state = StateFor(number);
+            // A later frame follows the semaphore for which this one has waited by any stage.
+            if (m_memory.queueUses[number].lastBatch[IndexOf(rhi::QueueKind::Compute)] > 0 &&
+                (state.readStages | state.writeStages) == VK_PIPELINE_STAGE_2_NONE)
+                state.readStages = kOwnerStages;
             const rhi::QueueKind source = m_memory.queueUses[number].changedOn;
             if (resource.isShared || resource.origin == Origin::Transient ||
                 FamilyOf(source) == FamilyOf(Queue()))

@@ -15,6 +15,15 @@
 
 namespace raygraph {
 
+namespace {
+
+uint32_t ComputeFamilyOf(const rhi::Device& device) {
+    const auto queue = rhi::QueueKind::Compute;
+    return device.HasQueue(queue) ? device.QueueFamily(queue) : VK_QUEUE_FAMILY_IGNORED;
+}
+
+}  // namespace
+
 Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc)
     : renderer(owner),
       device(rhiDevice),
@@ -25,8 +34,6 @@ Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc
       submitted(rhiDevice.FramesInFlight(), 0),
       uniformBuffers(rhiDevice.FramesInFlight()) {
     graph.queueFamily = device.QueueFamily();
-    if (device.HasQueue(rhi::QueueKind::Compute))
-        graph.computeFamily = device.QueueFamily(rhi::QueueKind::Compute);
     if (!desc.passMarks) return;
     marks = std::make_unique<PassMarks>(device);
     lastPassReport = device.AddLastPassReport([this, name = desc.name] {
@@ -67,8 +74,6 @@ void Renderer::BeginFrame() {
         std::swap(impl.plan, impl.lastPlan);
         std::swap(impl.resources, impl.lastResources);
         impl.graph.queueFamily = impl.lastGraph.queueFamily;
-        impl.graph.computeFamily = impl.lastGraph.computeFamily;
-        impl.graph.blockStates = impl.lastGraph.blockStates;
         impl.hasLastPlan = true;
         impl.isCompiled = impl.isRepeated = false;
     }
@@ -78,6 +83,8 @@ void Renderer::BeginFrame() {
 
     impl.frameNumber = next;
     impl.graph.Begin(next);
+    impl.graph.computeFamily = ComputeFamilyOf(impl.device);
+    impl.graph.blockStates = impl.blockStates;
     impl.resources.clear();
     impl.uniformBytes.clear();
     impl.openSeries.reset();
@@ -608,7 +615,8 @@ void Renderer::Impl::CollectUsages(const GraphPass& pass) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
         FrameResource& behind = resources[use.resource];
-        behind.isConcurrent |= pass.queue == rhi::QueueKind::Compute && CanRunOnComputeQueue(pass.kind);
+        behind.isConcurrent |= graph.computeFamily != VK_QUEUE_FAMILY_IGNORED &&
+                               pass.queue == rhi::QueueKind::Compute && CanRunOnComputeQueue(pass.kind);
         const GraphResource& resource = graph.resources[use.resource];
         bool hasRequiredUsage = true;
         if (resource.kind == ResourceKind::Texture) {

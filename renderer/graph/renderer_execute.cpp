@@ -404,7 +404,7 @@ void Renderer::Impl::MarkWritten(const ResourceUse& use) {
 void Renderer::Impl::Commit(uint64_t value) {
     submitted[frameNumber % submitted.size()] = value;
     lastSubmitted = value;
-    graph.blockStates = plan.blockStates;
+    blockStates = plan.blockStates;
     for (size_t r = 0; r < resources.size(); ++r) {
         if (resources[r].state) *resources[r].state = plan.states[r];
         if (Persistent* persistent = resources[r].persistent) {
@@ -430,13 +430,11 @@ rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host
     if (host && !(waits.all.empty() && signals.all.empty()))
         throw Error(ErrorKind::Usage,
                     "Record: the frame has semaphores, which belong to the host's submission");
-    CompileFrame();
-    if (host && plan.batches.size() > 1) {  // the host's buffer is for one queue
-        const uint32_t computeFamily = std::exchange(graph.computeFamily, VK_QUEUE_FAMILY_IGNORED);
-        isCompiled = false;
-        CompileFrame();
-        graph.computeFamily = computeFamily;
+    if (host && graph.computeFamily != VK_QUEUE_FAMILY_IGNORED) {
+        Change();
+        graph.computeFamily = VK_QUEUE_FAMILY_IGNORED;  // the host's buffer is for one queue
     }
+    CompileFrame();
     const Stopwatch recording;
     Prepare();
     if (plan.batches.size() > 1) return SubmitBatches(timing, recording);
@@ -463,7 +461,7 @@ rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwat
     timing.recordMs = recording.Milliseconds();
     const Stopwatch submitting;
     std::vector<rhi::Submission> submissions;
-    for (size_t b = 0; b < lists.size(); ++b) {
+    const auto submit = [&](size_t b) {
         const PlannedBatch& batch = plan.batches[b];
         std::vector<rhi::SemaphoreUse> waited;
         if (batch.waitsFor != kNone) waited.push_back(device.After(submissions[batch.waitsFor]));
@@ -478,6 +476,17 @@ rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwat
             std::move(lists[b]), waited,
             isLast ? std::span<const rhi::SemaphoreUse>(signals.all) : std::span<const rhi::SemaphoreUse>()));
         if (b == 0) waits.Clear();  // an Error now must not wait for them once more
+    };
+    try {
+        for (size_t b = 0; b < lists.size(); ++b) submit(b);
+    } catch (...) {
+        // What was submitted must not run on beside the next frame, which knows nothing of it.
+        try {
+            device.WaitIdle();
+        } catch (const Error&) {
+            // The device is lost, of which the first Error tells.
+        }
+        throw;
     }
     timing.submitMs = submitting.Milliseconds();
     return submissions.back();

@@ -218,6 +218,7 @@ struct Renderer::Impl {
     Plan lastPlan;
     std::vector<FrameResource> lastResources;
     bool hasLastPlan = false;
+    std::vector<ResourceState> blockStates;  // of transient memory, as the last submitted frame left it
 
     // By frame in flight.
     std::vector<uint64_t> submitted;

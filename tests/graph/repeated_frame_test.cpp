@@ -65,6 +65,9 @@ TEST(SamePlan, EveryDifferenceCounts) {
     };
     const Difference differences[] = {
         {"family", [](FrameGraph& g) { g.queueFamily = 7; }},
+        {"compute family", [](FrameGraph& g) { g.computeFamily = 7; }},
+        {"queue of a pass", [](FrameGraph& g) { g.passes[0].queue = rhi::QueueKind::Compute; }},
+        {"sharing", [](FrameGraph& g) { g.resources[0].isShared = false; }},
         {"wait stages", [](FrameGraph& g) { g.waitStages = VK_PIPELINE_STAGE_2_COPY_BIT; }},
         {"name", [](FrameGraph& g) { g.resources[0].name = "other"; }},
         {"origin", [](FrameGraph& g) { g.resources[3].origin = Origin::Persistent; }},
@@ -162,6 +165,17 @@ TEST_F(RepeatedFrame, StateOfAnImportIsThatOfThisFrame) {
     EXPECT_EQ(plans[3], plans[0]);
     EXPECT_NE(plans[3], plans[2]);
     Device().WaitIdle();
+}
+
+// The plan of the first frame found memory that nobody had used.
+TEST_F(RepeatedFrame, TransientWaitsForTheLastFrameInItsMemory) {
+    for (int frame = 0; frame < 4; ++frame) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(Fill(m_renderer, "a", kExtent, 1.0f));
+        m_renderer.Execute();
+        const std::string plan = m_renderer.DescribePlan();
+        EXPECT_EQ(plan.find("memory of the last frame") != std::string::npos, frame > 0) << plan;
+    }
 }
 
 // A declaration after Compile makes the plan of this frame another one; that of the last frame stays readable.

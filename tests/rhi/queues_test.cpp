@@ -84,6 +84,18 @@ TEST_F(QueuesTest, WorkOfOneQueue_CanWaitForAnother) {
     EXPECT_TRUE(device->HasCompleted(held));
 }
 
+// The pool of a list that was dropped is one of that list's family.
+TEST_F(QueuesTest, DroppedList_LeavesItsPoolToItsQueue) {
+    VkCommandBuffer dropped = VK_NULL_HANDLE;
+    {
+        const rhi::CommandList list = device->BeginCommands("dropped", QueueKind::Compute);
+        dropped = list.Handle();
+    }
+    const rhi::CommandList onMain = device->BeginCommands("main");
+    EXPECT_NE(onMain.Handle(), dropped);
+    EXPECT_EQ(device->BeginCommands("compute", QueueKind::Compute).Handle(), dropped);
+}
+
 // A program that uses no queue but the main one must not have to know of uploads on another.
 TEST_F(QueuesTest, LaterWork_WaitsForTransfersOnce) {
     Run(QueueKind::Transfer);
