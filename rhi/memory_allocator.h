@@ -46,7 +46,8 @@ struct MemoryAllocation {
 class RAYGRAPH_API MemoryAllocator {
   public:
     virtual ~MemoryAllocator() = default;
-    // Creates the resource and binds it. The Device destroys the resource, before it calls Free.
+    // Creates the resource and binds it. The Device destroys the resource before it calls Free: both use
+    // AdoptedDeviceDesc::allocationCallbacks.
     virtual VkResult CreateBuffer(const VkBufferCreateInfo& info, const MemoryRequest& request,
                                   VkBuffer& buffer, MemoryAllocation& memory) = 0;
     virtual VkResult CreateImage(const VkImageCreateInfo& info, const MemoryRequest& request, VkImage& image,

@@ -6,10 +6,10 @@
 // uploader's own lists, which are submitted whenever a chunk of staging memory is full and by Flush, so that
 // the device copies one chunk while the CPU fills the next. A chunk is reused once the timeline has passed
 // its submission; a call waits only when every chunk is in flight, for the oldest one. The device is never
-// drained. All work submitted after a Flush, to any queue, sees the data. On the main queue, uploads come
-// after all work submitted before them. On the transfer queue they run beside it, so that their targets must
-// not be in use. Waiting for the returned submission only serves to know that the data has arrived. Flush
-// must precede the submission of commands that need the data.
+// drained. Work that is submitted to the main queue after a Flush sees the data. Uploads on the main queue
+// come after all work submitted to it before them. On the transfer queue they run beside it, so that their
+// targets must not be in use. Waiting for the returned submission only serves to know that the data has
+// arrived. Flush must precede the submission of commands that need the data.
 #pragma once
 
 #include <cstddef>

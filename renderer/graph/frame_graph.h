@@ -145,7 +145,7 @@ struct RAYGRAPH_API FrameGraph {
     std::vector<ResourceState> otherStates;
     std::vector<uint8_t> isFilled;  // by GraphResource::firstFilled: the subresource has contents
 
-    // Empties the graph for the next frame; keeps queueFamily, blockStates and memory.
+    // Empties the graph for the next frame; keeps the queue families, blockStates and memory.
     void Begin(uint64_t frameNumber);
     // Returns whether Compile makes the same plan of both, for which resources and passes of the same names
     // are declared alike.

@@ -161,8 +161,9 @@ class RAYGRAPH_API PassBuilder {
     // whatever else there is many of, that CommandList::PortionOf returns.
     void Dividable();
     // The pass may run on the device's compute queue, beside passes that it does not depend on. Drawing
-    // passes, devices without that queue and frames for Record ignore this. It pays for passes that leave
-    // much of the device idle; each change of the queue costs a submission.
+    // passes, devices without that queue and frames for Record ignore this. A transfer pass must not blit or
+    // touch depth then. It pays for passes that leave much of the device idle; each change of the queue costs
+    // a submission.
     void AsyncCompute();
     // The pass has an effect that the graph cannot see, and is never culled.
     void KeepAlive();

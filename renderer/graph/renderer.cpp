@@ -493,19 +493,19 @@ PassId Renderer::AddPassErased(std::string_view name, PassKind kind, void (*setu
     // Texts are made only for an error, since frames declare this often.
     const auto subject = [&] { return "AddPass " + Quoted(name); };
     if (!impl.CanExecute()) impl.RequireOpen(subject());
-    impl.StartPass(name, kind);
-    DeclaredPass& pass = impl.passes[impl.graph.passes.size() - 1];
     try {
+        impl.StartPass(name, kind);
+        DeclaredPass& pass = impl.passes[impl.graph.passes.size() - 1];
         PassBuilder builder(*this, impl.graph, impl.shaders, impl.declaration);
         setup(setupData, builder);
         impl.FinishPass(pass);
         if (impl.IsDivided()) impl.TakeIntoSeries(pass);
+        pass.execute = std::move(execute);
     } catch (...) {
         // A half-declared pass cannot be undone: its writes have made ids stale.
         impl.Abandon("pass " + Quoted(name) + " was not declared");
         WithMemoryErrors(subject(), [] { throw; });
     }
-    pass.execute = std::move(execute);
     return {static_cast<uint32_t>(impl.graph.passes.size() - 1)};
 }
 
