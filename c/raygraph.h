@@ -567,7 +567,7 @@ typedef struct RgSemaphores {
 // Waits until at most frames_in_flight - 1 frames are pending, then opens a frame. A frame that is open is
 // dropped. RG_ERROR_USAGE where it would wait for a command buffer of the host that it has not completed.
 RG_API RgResult rg_frame_begin(RgRenderer* renderer);
-// Whether rg_frame_begin would wait now.
+// Tells whether rg_frame_begin would wait now.
 RG_API RgResult rg_frame_would_block(const RgRenderer* renderer, bool* would_block);
 // Declares the viewport's passes, and that its picture replaces the contents of the image, whose size is the
 // viewport's. `semaphores` may be NULL. Without area it shows nothing. After an error, drop the frame.

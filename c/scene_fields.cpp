@@ -114,7 +114,7 @@ void Fetch(const glm::vec<N, float>& from, float* values) {
     for (int i = 0; i < N; ++i) values[i] = from[i];
 }
 
-// What a host asks to read or write.
+// Describes what a host asks to read or write.
 struct Numbers {
     const Call& call;
     RgObject kind;

@@ -77,7 +77,7 @@ const RequestSetting* FindRequestSetting(std::string_view name) {
     return found == kRequestSettings.end() ? nullptr : &*found;
 }
 
-// Those that a scene is loaded with are not set.
+// Settings that a scene is loaded with are not set.
 constexpr std::array<std::string_view, 4> kLoaded{"scene", "variant", "points", "lines"};
 
 const std::vector<const char*>& SettingNames() {

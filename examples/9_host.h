@@ -1,4 +1,4 @@
-// What an engine in C has before it embeds anything: a Vulkan device, an image in its memory, and a command
+// An engine in C has this before it embeds anything: a Vulkan device, an image in its memory, and a command
 // buffer a frame.
 #ifndef HOST_H
 #define HOST_H

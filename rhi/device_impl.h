@@ -120,7 +120,7 @@ struct Device::Impl {
     VkResult QuerySignaled(QueueKind queue, uint64_t& value) noexcept;
     // The value up to which everything has completed, the host's buffers included.
     VkResult QueryCompleted(QueueKind queue, uint64_t& value) noexcept;
-    // The same of all queues; 0 for those that the device lacks.
+    // Queries all queues; gives 0 for those that the device lacks.
     VkResult QueryCompleted(QueueValues& values) noexcept;
     bool IsPendingInHost(const Submission& submission) const;
     // Completed, and not yet passed by the semaphore.

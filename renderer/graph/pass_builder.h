@@ -152,7 +152,7 @@ class RAYGRAPH_API PassBuilder {
         static_assert(std::is_trivially_copyable_v<T>);
         UniformBytes(name, std::as_bytes(std::span(&data, 1)), alignof(T));
     }
-    // The same for data whose layout is known only when the program runs. Of a size that `alignment` has
+    // Does so with data whose layout is known only when the program runs. Of a size that `alignment` has
     // rounded up, the last bytes may be missing in the shaders' block.
     void ConstantBytes(std::span<const std::byte> bytes, size_t alignment = 1);
     void UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment = 1);

@@ -480,7 +480,7 @@ rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwat
     try {
         for (size_t b = 0; b < lists.size(); ++b) submit(b);
     } catch (...) {
-        // What was submitted must not run on beside the next frame, which knows nothing of it.
+        // Submitted batches must not run on beside the next frame, which knows nothing of them.
         try {
             device.WaitIdle();
         } catch (const Error&) {

@@ -198,7 +198,7 @@ TEST(QueuePlan, DrawingPass_StaysOnTheMainQueue) {
     EXPECT_EQ(graph.Batches(), "main: Draw");
 }
 
-// What only one family may access at a time is handed over, and back at the end, with equal barriers on both
+// An image for one family at a time is handed over, and back at the end, with equal barriers on both
 // sides.
 TEST(QueuePlan, ImageThatIsNotShared_ChangesItsOwner) {
     TwoQueues graph;

@@ -232,7 +232,7 @@ TEST_F(RepeatedFrame, PassesThatTakeTurns_AreEachTheirOwn) {
     }
 }
 
-// What a pass executes lives in the frame's memory, and is destroyed with the frame.
+// The body of a pass lives in the frame's memory, and is destroyed with the frame.
 TEST_F(RepeatedFrame, CapturesEndWithTheirFrame) {
     const auto watched = std::make_shared<int>(0);
     for (int frame = 0; frame < 3; ++frame) {
