@@ -4,6 +4,7 @@
 
 #include "rhi/transfer.h"
 #include "tests/graph/graph_test.h"
+#include "tests/rhi/gate.h"
 #include "tests/rhi/host_device.h"
 
 namespace raygraph::async_compute_test {
@@ -22,6 +23,7 @@ struct AsyncCompute : ::testing::Test {
     }
     ~AsyncCompute() override {
         renderer.reset();
+        device->WaitQueueIdle();
         device.reset();
         EXPECT_EQ(host.ValidationText(), "");
     }
@@ -200,25 +202,23 @@ TEST_F(AsyncCompute, SemaphoreOfTheHost_HoldsBothQueues) {
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
     const VkSemaphoreCreateInfo create{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
-    VkSemaphore before = VK_NULL_HANDLE, after = VK_NULL_HANDLE;
-    ASSERT_EQ(vk.vkCreateSemaphore(host.Handle(), &create, nullptr, &before), VK_SUCCESS);
+    VkSemaphore after = VK_NULL_HANDLE;
     ASSERT_EQ(vk.vkCreateSemaphore(host.Handle(), &create, nullptr, &after), VK_SUCCESS);
+    testing::Gate before(*device);
     renderer->BeginFrame();
-    renderer->WaitSemaphore({before, 1, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT});
+    renderer->WaitSemaphore(before.At(1));
     renderer->SignalSemaphore({after, 7});
     const Readback readback =
         renderer->ReadBack(Scale("Scale", Fill(Transient("a"), 1.0f, true), Transient("b"), 3.0f, false));
     const rhi::Submission frame = renderer->Execute();
     EXPECT_FALSE(device->HasCompleted(frame));
     EXPECT_EQ(device->CompletedValue(rhi::QueueKind::Compute), 0u);
-    const VkSemaphoreSignalInfo signal{VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, nullptr, before, 1};
-    ASSERT_EQ(vk.vkSignalSemaphore(host.Handle(), &signal), VK_SUCCESS);
+    before.Open();
     EXPECT_EQ(At(readback, 3, 2), 3.0f * 204.0f);
     uint64_t value = 0;
     ASSERT_EQ(vk.vkGetSemaphoreCounterValue(host.Handle(), after, &value), VK_SUCCESS);
     EXPECT_EQ(value, 7u);
-    device->WaitIdle();
-    vk.vkDestroySemaphore(host.Handle(), before, nullptr);
+    device->WaitQueueIdle();
     vk.vkDestroySemaphore(host.Handle(), after, nullptr);
 }
 

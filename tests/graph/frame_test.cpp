@@ -573,7 +573,7 @@ TEST_F(Import, Semaphores_OrderTheHostsWorkAroundTheFrame) {
     const uint64_t value = 2;
     const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &semaphore, &value};
     EXPECT_EQ(device.Vk().vkWaitSemaphores(device.Handle(), &wait, 5'000'000'000ull), VK_SUCCESS);
-    device.WaitIdle();
+    device.WaitQueueIdle();
     device.Vk().vkDestroySemaphore(device.Handle(), semaphore, nullptr);
 }
 

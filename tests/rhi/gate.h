@@ -17,7 +17,8 @@ class Gate {
     }
     ~Gate() {
         Open();
-        m_device.WaitIdle();
+        // Mesa's queue thread touches a submission's semaphores for a moment after it has signaled the last one.
+        m_device.WaitQueueIdle();
         m_device.Vk().vkDestroySemaphore(m_device.Handle(), m_semaphore, nullptr);
     }
     Gate(const Gate&) = delete;

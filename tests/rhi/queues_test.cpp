@@ -38,6 +38,7 @@ struct QueuesTest : ::testing::Test {
         device = rhi::Device::Adopt(desc);
     }
     ~QueuesTest() override {
+        host.Functions().vkQueueWaitIdle(host.Desc().queue);  // as Gate does
         device.reset();
         EXPECT_EQ(host.ValidationText(), "");
     }

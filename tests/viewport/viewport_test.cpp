@@ -473,7 +473,7 @@ TEST_F(HostImageTest, Semaphores_OrderTheHostsWorkAroundTheFrame) {
         uint64_t value = 0;
         ASSERT_EQ(Device().Vk().vkGetSemaphoreCounterValue(Device().Handle(), semaphore, &value), VK_SUCCESS);
         EXPECT_EQ(value, 2u);
-        Device().WaitIdle();
+        Device().WaitQueueIdle();
     }
     Device().Vk().vkDestroySemaphore(Device().Handle(), semaphore, nullptr);
 }
