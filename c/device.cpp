@@ -42,6 +42,7 @@ constexpr NamedFeature kFeatures[] = {
     {&rhi::OptionalFeatures::textureCompressionBc, RG_FEATURE_TEXTURE_COMPRESSION_BC},
     {&rhi::OptionalFeatures::samplerAnisotropy, RG_FEATURE_SAMPLER_ANISOTROPY},
     {&rhi::OptionalFeatures::pipelineStatistics, RG_FEATURE_PIPELINE_STATISTICS},
+    {&rhi::OptionalFeatures::layeredTargets, RG_FEATURE_LAYERED_TARGETS},
     {&rhi::OptionalFeatures::memoryBudget, RG_FEATURE_MEMORY_BUDGET},
 };
 

@@ -154,6 +154,7 @@ enum {
     RG_FEATURE_SAMPLER_ANISOTROPY = 1 << 11,
     RG_FEATURE_PIPELINE_STATISTICS = 1 << 12,  // pipelineExecutableInfo
     RG_FEATURE_MEMORY_BUDGET = 1 << 13,        // VK_EXT_memory_budget
+    RG_FEATURE_LAYERED_TARGETS = 1 << 14,      // shaderOutputLayer
 };
 
 // Holds what VkDeviceCreateInfo takes. The pointers are those of the RgRequirements.

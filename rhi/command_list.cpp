@@ -171,6 +171,7 @@ void CommandList::BindResources(std::span<const BoundResource> resources) {
         VkWriteDescriptorSet& write = writes[i];
         write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
         write.dstBinding = resource.binding;
+        write.dstArrayElement = resource.element;
         write.descriptorCount = 1;
         write.descriptorType = resource.type;
         if (resource.buffer) {
@@ -407,6 +408,10 @@ namespace {
 
 constexpr uint32_t kMaxColorTargets = 8;
 
+VkImageView TargetView(const Texture& texture, const Subresources& part) {
+    return texture.View(part, part.layerCount > 1 ? ImageShape::Array : ImageShape::Plain);
+}
+
 }  // namespace
 
 void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
@@ -419,8 +424,7 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
     for (size_t i = 0; i < colors.size(); ++i) {
         VkRenderingAttachmentInfo& attachment = attachments[i];
         attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-        attachment.imageView =
-            colors[i].texture->View(Subresource(colors[i].level, colors[i].layer), ImageShape::Plain);
+        attachment.imageView = TargetView(*colors[i].texture, colors[i].part);
         attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
         attachment.loadOp = colors[i].clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
         attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -429,8 +433,7 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
     VkRenderingAttachmentInfo depthAttachment{};
     if (depth) {
         depthAttachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-        depthAttachment.imageView =
-            depth->texture->View(Subresource(depth->level, depth->layer), ImageShape::Plain);
+        depthAttachment.imageView = TargetView(*depth->texture, depth->part);
         depthAttachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
         depthAttachment.loadOp = depth->clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
         depthAttachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -440,7 +443,7 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
     VkRenderingInfo info{};
     info.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
     info.renderArea = area;
-    info.layerCount = 1;
+    info.layerCount = depth ? depth->part.layerCount : colors.empty() ? 1 : colors.front().part.layerCount;
     info.colorAttachmentCount = static_cast<uint32_t>(colors.size());
     info.pColorAttachments = attachments.data();
     info.pDepthAttachment = depth ? &depthAttachment : nullptr;

@@ -28,6 +28,7 @@ inline constexpr uint32_t kMaxBoundResources = 32;
 // Describes a resource for a binding of set 0. Exactly one member is set.
 struct BoundResource {
     uint32_t binding = 0;
+    uint32_t element = 0;  // of a binding that is an array
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
     const Buffer* buffer = nullptr;
     uint64_t offset = 0;
@@ -42,16 +43,14 @@ struct ColorTarget {
     const Texture* texture = nullptr;
     bool clear = true;
     float clearValue[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-    uint32_t level = 0;  // one level of one layer is drawn to
-    uint32_t layer = 0;
+    Subresources part = Subresource(0, 0);  // one level
 };
 
 struct DepthTarget {
     const Texture* texture = nullptr;
     bool clear = true;
     float clearValue = 1.0f;
-    uint32_t level = 0;
-    uint32_t layer = 0;
+    Subresources part = Subresource(0, 0);  // one level
 };
 
 // Describes a part of the workgroups of a dispatch: those from `first` to before `end`, in `of`-ths.
@@ -110,7 +109,8 @@ class RAYGRAPH_API CommandList {
     // Launches one ray-generation invocation for each texel. An empty extent records nothing.
     void TraceRays(Extent2D extent);
 
-    // Records vkCmdBeginRendering; viewport and scissor are set to the whole extent. No MSAA, no layers.
+    // Records vkCmdBeginRendering; viewport and scissor are set to the whole extent. All targets have the same
+    // number of layers; with several, the vertex shader chooses by gl_Layer. No MSAA.
     void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
                         const DepthTarget* depth = nullptr);
     void EndRendering();

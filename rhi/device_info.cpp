@@ -49,6 +49,7 @@ std::string MissingFeatures(const OptionalFeatures& features) {
     add(features.bufferInt64Atomics, "64-bit atomics");
     add(features.textureCompressionBc, "compressed textures");
     add(features.samplerAnisotropy, "anisotropic filters");
+    add(features.layeredTargets, "layered targets");
     add(features.memoryBudget, "memory budgets");
     return text;
 }

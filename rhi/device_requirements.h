@@ -68,6 +68,7 @@ struct OptionalFeatures {
     bool textureCompressionBc = false;  // textureCompressionBC
     bool samplerAnisotropy = false;
     bool pipelineStatistics = false;  // pipelineExecutableInfo
+    bool layeredTargets = false;      // shaderOutputLayer
     bool memoryBudget = false;        // VK_EXT_memory_budget, an extension without a feature to enable
 
     bool operator==(const OptionalFeatures&) const = default;

@@ -31,9 +31,8 @@ VkDescriptorSetLayout CreatePassSetLayout(Device& device, const std::string& pip
     std::vector<VkDescriptorSetLayoutBinding> bindings;
     uint32_t descriptorCount = 0;
     for (const BindingInfo& info : interface.bindings) {
-        // The reflection lists each address of a table; the block that holds them is one binding.
-        if (info.kind == BindingKind::BufferAddress && !bindings.empty() &&
-            bindings.back().binding == info.binding) {
+        // The reflection lists each address of a table and each element of an array; either is one binding.
+        if (!bindings.empty() && bindings.back().binding == info.binding) {
             bindings.back().stageFlags |= info.stages;
             continue;
         }

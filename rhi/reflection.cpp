@@ -93,6 +93,9 @@ class Reflector {
         for (const auto& resource : resources.push_constant_buffers) ReadPushConstants(resource);
         ReadSpecialization();
         if (m_result.stage == StageKind::Compute) ReadWorkgroupSize();
+        m_compiler.update_active_builtins();
+        m_result.writesLayer = m_result.stage == StageKind::Vertex &&
+                               m_compiler.has_active_builtin(spv::BuiltInLayer, spv::StorageClassOutput);
         std::sort(m_result.bindings.begin(), m_result.bindings.end(), [](const Binding& a, const Binding& b) {
             return std::tie(a.set, a.binding, a.offset) < std::tie(b.set, b.binding, b.offset);
         });
@@ -404,6 +407,19 @@ void MergeBinding(ShaderInterface& merged, const NamedReflection& stage, const B
     merged.bindings.push_back(std::move(info));
 }
 
+// Replaces each array by its elements, "shadowMaps" by "shadowMaps[0]" and so on.
+void ListElements(std::vector<BindingInfo>& bindings) {
+    std::vector<BindingInfo> elements;
+    for (const BindingInfo& info : bindings) {
+        for (uint32_t i = 0; i < info.count; ++i) {
+            BindingInfo& element = elements.emplace_back(info);
+            element.element = i;
+            if (info.count > 1) element.name = Text("{}[{}]", info.name, i);
+        }
+    }
+    bindings = std::move(elements);
+}
+
 }  // namespace
 
 const BindingInfo* ShaderInterface::Find(std::string_view bindingName) const {
@@ -431,6 +447,7 @@ ShaderInterface MergeInterface(std::span<const NamedReflection> stages) {
     std::sort(merged.bindings.begin(), merged.bindings.end(), [](const Binding& a, const Binding& b) {
         return a.binding != b.binding ? a.binding < b.binding : a.offset < b.offset;
     });
+    ListElements(merged.bindings);
     std::sort(merged.specialization.begin(), merged.specialization.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     return merged;

@@ -5,6 +5,8 @@
 // push-constant block its instance name if it has one, otherwise the block's name.
 //     layout(...) buffer Materials { Material materials[]; };        -> "Materials"
 //     layout(...) buffer Materials { Material data[]; } materials;   -> "materials"
+// Each element of an array of resources in set 0 is a binding by its GLSL name:
+//     layout(...) uniform sampler2D shadowMaps[4];                   -> "shadowMaps[0]" to "shadowMaps[3]"
 // A uniform block of buffer references alone is a table of addresses, each a binding by its member's name:
 //     layout(buffer_reference) readonly buffer Materials { Material at[]; };
 //     layout(...) uniform Tables { Materials materials; };           -> "materials"
@@ -78,6 +80,7 @@ struct ShaderReflection {
     // For compute shaders, with the default values of specialization constants; 0, 0, 0 for other stages.
     std::array<uint32_t, 3> workgroupSize{};
     std::array<int64_t, 3> workgroupSizeIds{-1, -1, -1};  // constant ids of local_size_*_id; -1: fixed
+    bool writesLayer = false;                             // a vertex shader writes gl_Layer
 };
 
 // Throws Error{Usage} starting with `name` for words that are not a module of one known stage, and for a
@@ -98,15 +101,17 @@ struct NamedReflection {
 struct BindingInfo : Binding {
     VkShaderStageFlags stages = 0;
     std::string firstShader;  // the shader that declared it first, for messages
+    uint32_t element = 0;     // index in the array, if count is above 1
 };
 
 // Holds the merged bindings of all stages of one pipeline: the resources that a pass has to bind.
 struct RAYGRAPH_API ShaderInterface {
-    std::vector<BindingInfo> bindings;  // bindings of set 0, sorted by binding: the resources of the pass
-    bool usesTextureTable = false;      // some stage uses set 1, the bindless textures
-    VkShaderStageFlags stages = 0;      // all stages
-    PushConstantBlock pushConstants;    // the largest block
-    std::string pushConstantShader;     // the shader that has it
+    // The resources of the pass: set 0, sorted by binding, with an entry for each element of an array.
+    std::vector<BindingInfo> bindings;
+    bool usesTextureTable = false;                       // some stage uses set 1, the bindless textures
+    VkShaderStageFlags stages = 0;                       // all stages
+    PushConstantBlock pushConstants;                     // the largest block
+    std::string pushConstantShader;                      // the shader that has it
     std::vector<SpecializationConstant> specialization;  // constants of all stages, sorted by id
 
     const BindingInfo* Find(std::string_view bindingName) const;  // null: no such binding

@@ -90,7 +90,8 @@ class RAYGRAPH_API PassBuilder {
     // --- Resources bound by name (set 0) ---
     // The last argument is a part of a texture: Level(1), Layers(0, 6), Subresource(1, 3), or by default all
     // of it. A storage image is one level. The shader declares how many layers it sees: one as image2D or
-    // sampler2D, six as cube map, any number as array. A pass may read one part and write another one that
+    // sampler2D, six as cube map, any number as array. An element of an array of resources is bound by its
+    // name in GLSL, "shadowMaps[2]", and each needs one. A pass may read one part and write another one that
     // does not overlap: `pass.Reads("finer", chain, Level(0)); chain = pass.Writes("coarser", chain,
     // Level(1));`.
     void Reads(std::string_view name, TextureId texture, const Subresources& part = {});  // storage image
@@ -115,7 +116,10 @@ class RAYGRAPH_API PassBuilder {
     void ReadsArguments(BufferId buffer);  // arguments of an indirect dispatch, trace or draw
     void ReadsIndices(BufferId buffer);    // indices of DrawIndexed
 
-    // --- Attachments of a raster pass, one level of one layer; depth has no index ---
+    // --- Attachments of a raster pass, one level each; depth has no index ---
+    // With several layers, of which all targets have as many, the vertex shader writes the one to draw to,
+    // from 0, to gl_Layer (GL_ARB_shader_viewport_layer_array). The device needs
+    // OptionalFeatures::layeredTargets then.
     [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {}) {
         return ColorTarget(index, texture, Subresources{}, load);
     }

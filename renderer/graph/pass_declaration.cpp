@@ -161,9 +161,6 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
     if (!FitsKind(bound, info->kind))
         Fail(pass, "binds {} as {}; in {} it is a {}", Quoted(bound.name), AskedKind(bound),
              info->firstShader, rhi::Name(info->kind));
-    if (info->count != 1)
-        Fail(pass, "binds {}, an array of {} in {}: arrays of resources are not bound by name",
-             Quoted(bound.name), info->count, info->firstShader);
     if (info->kind == rhi::BindingKind::UniformBuffer) {
         if (bound.verb == BindVerb::Writes || bound.verb == BindVerb::Updates)
             Fail(pass, "{} {}, a uniform buffer in {}", Verb(bound.verb), Quoted(bound.name),
@@ -182,6 +179,7 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
             graph.resources[bound.resource].SubresourceCount() > 1 || bound.shape != rhi::ImageShape::Plain;
     }
     bound.binding = info->binding;
+    bound.element = info->element;
     bound.type = rhi::ToVk(info->kind);
     bound.isAddress = info->kind == rhi::BindingKind::BufferAddress;
     bound.addressOffset = info->offset;
@@ -300,7 +298,7 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
     CheckConstants(pass, declared, *interface);
 }
 
-void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
+void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared, bool hasLayeredTargets) {
     const GraphPass& pass = graph.passes.back();
     if (pass.kind != PassKind::Raster) return;
     if (declared.colors.empty() && declared.depth == kNone)
@@ -308,17 +306,28 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
     std::ranges::sort(declared.colors, {}, &DeclaredColor::index);
     const GraphResource* first = nullptr;
     rhi::Extent2D extent;
-    const auto checkExtent = [&](const GraphResource& target, const Subresources& part) {
-        if (part.levelCount != 1 || part.layerCount != 1)
-            Fail(pass, "draws to {} of {}: a target is one level of one layer, as in Subresource(0, 0)",
-                 part.levelCount != 1 ? Text("{} levels", part.levelCount)
-                                      : Text("{} layers", part.layerCount),
+    uint32_t layerCount = 1;
+    const Shader* vertex = declared.request.vertex;
+    const auto checkShape = [&](const GraphResource& target, const Subresources& part) {
+        if (part.levelCount != 1)
+            Fail(pass, "draws to {} levels of {}: a target is one level, as in Level(0)", part.levelCount,
                  Quoted(target.name));
+        if (part.layerCount != 1 && !(vertex && vertex->reflection.writesLayer))
+            Fail(pass,
+                 "draws to {} layers of {}, but its vertex shader does not write gl_Layer; one is Layer(0)",
+                 part.layerCount, Quoted(target.name));
+        if (part.layerCount != 1 && !hasLayeredTargets)
+            Fail(pass, "draws to {} layers of {}, but the device has no layered targets (shaderOutputLayer)",
+                 part.layerCount, Quoted(target.name));
         const rhi::Extent2D own = rhi::MipExtent(target.extent, part.level);
         if (!first) {
             first = &target;
             extent = own;
+            layerCount = part.layerCount;
         }
+        if (part.layerCount != layerCount)
+            Fail(pass, "draws to {} of {} and to {} of {}", Counted(layerCount, "layer"), Quoted(first->name),
+                 Counted(part.layerCount, "layer"), Quoted(target.name));
         if (extent != own)
             Fail(pass, "draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), extent.width,
                  extent.height, Quoted(target.name), own.width, own.height);
@@ -329,14 +338,14 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
         const GraphResource& target = graph.resources[declared.colors[i].resource];
         if (rhi::IsDepth(target.format))
             Fail(pass, "has {} of format {} as color target", Quoted(target.name), rhi::Name(target.format));
-        checkExtent(target, declared.colors[i].part);
+        checkShape(target, declared.colors[i].part);
         declared.request.colorFormats.push_back(target.format);
     }
     if (declared.depth == kNone) return;
     const GraphResource& target = graph.resources[declared.depth];
     if (!rhi::IsDepth(target.format))
         Fail(pass, "has {} of format {} as depth target", Quoted(target.name), rhi::Name(target.format));
-    checkExtent(target, declared.depthPart);
+    checkShape(target, declared.depthPart);
     declared.request.depthFormat = target.format;
 }
 

@@ -38,6 +38,7 @@ struct DeclaredBinding {
     bool isPart = false;  // a part of a texture, which takes its own view
     rhi::ImageShape shape = rhi::ImageShape::Plain;
     uint32_t binding = 0;
+    uint32_t element = 0;  // of an array of resources
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
     uint32_t addressOffset = 0;  // offset in the uniform block that holds the buffer's address
     bool isAddress = false;      // the buffer is bound by that
@@ -119,8 +120,9 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::Shader
                      uint64_t maxStorageBytes = ~uint64_t{0});
 // Checks that the shaders belong to the pass's kind, before they are loaded.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
-// Sorts the targets of the last pass, checks that they fit together, and puts their formats into the request.
-void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass);
+// Sorts the targets of the last pass, checks that they fit together and to the vertex shader and the device,
+// and puts their formats into the request.
+void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass, bool hasLayeredTargets);
 
 // PassMarks tells which pass the device had reached when it was lost.
 //

@@ -573,7 +573,7 @@ void Renderer::Release(PassSeries& series) {
 
 void Renderer::Impl::FinishPass(DeclaredPass& pass) {
     const GraphPass& info = graph.passes.back();
-    ResolveTargets(graph, declaration);
+    ResolveTargets(graph, declaration, device.Info().optional.layeredTargets);
     const bool needsShaders =
         info.kind == PassKind::RayTracing || info.kind == PassKind::Compute || info.kind == PassKind::Raster;
     Program* program = nullptr;

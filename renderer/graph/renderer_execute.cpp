@@ -345,6 +345,7 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const DeclaredPass& pa
         if (binding.isAddress) continue;
         rhi::BoundResource& target = bound.emplace_back();
         target.binding = binding.binding;
+        target.element = binding.element;
         target.type = binding.type;
         if (binding.resource == kNone) {
             target.buffer = &uniforms;
@@ -371,8 +372,7 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const DeclaredPass
     for (const DeclaredColor& color : pass.colors) {
         rhi::ColorTarget& target = colorTargets.emplace_back();
         target.texture = resources[color.resource].texture;
-        target.level = color.part.level;
-        target.layer = color.part.layer;
+        target.part = color.part;
         target.clear = color.load.clear;
         std::copy_n(color.load.value, 4, target.clearValue);
     }
@@ -381,9 +381,8 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const DeclaredPass
         depth = {.texture = resources[pass.depth].texture,
                  .clear = pass.depthLoad.clear,
                  .clearValue = pass.depthLoad.value,
-                 .level = pass.depthPart.level,
-                 .layer = pass.depthPart.layer};
-    // ResolveTargets has checked that a target exists, and that all have the same extent.
+                 .part = pass.depthPart};
+    // ResolveTargets has checked that a target exists, and that all have the same extent and layers.
     const bool isDepthOnly = pass.colors.empty();
     const uint32_t first = isDepthOnly ? pass.depth : pass.colors.front().resource;
     const uint32_t level = (isDepthOnly ? pass.depthPart : pass.colors.front().part).level;

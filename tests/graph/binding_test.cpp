@@ -1,8 +1,12 @@
+#include <gmock/gmock.h>
+
 #include <algorithm>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <tuple>
 
+#include "base/text.h"
 #include "renderer/graph/pass_declaration.h"
 #include "renderer/graph/resource_pool.h"
 #include "rhi/shader_compiler.h"
@@ -532,3 +536,99 @@ TEST_F(SamplerKeys, ADescriptionThatDiffersInAnyPartButItsName_IsOfAnotherSample
 }
 
 }  // namespace raygraph::resource_keys_test
+
+// Arrays of resources in set 0, executed: each element is bound by its name in GLSL, in any order.
+namespace raygraph::array_test {
+namespace {
+
+constexpr Extent2D kExtent{8, 8};
+
+struct Block {
+    float value[4];
+};
+
+class Arrays : public GraphTest {
+  protected:
+    Arrays() {
+        m_renderer.AddShader("test/arrays.comp", CompileText("test/arrays.comp", R"(
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 5) uniform sampler2D maps[3];
+layout(binding = 1, r32f) uniform writeonly image2D targets[2];
+layout(binding = 3, scalar) readonly buffer List { float at[]; } lists[2];
+layout(binding = 2, std140) uniform Factors { vec4 value; } factors[2];
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    float sum = 0.0;
+    for (int i = 0; i < 3; ++i) sum = 1000.0 * sum + texelFetch(maps[i], ivec2(0), 0).x;  // exact: 3 digits each
+    for (int i = 0; i < 2; ++i)
+        imageStore(targets[i], texel, vec4(factors[i].value.x * float(i == 0 ? sum : lists[0].at[0] - lists[1].at[0])));
+})"));
+    }
+
+    // Fills all elements but one, which is bound under another name; empty leaves it out.
+    TextureId Run(std::string_view instead, Readback* second = nullptr) {
+        m_renderer.BeginFrame();
+        const TextureId maps[] = {Fill(m_renderer, "first", kExtent, 1.0f),
+                                  Fill(m_renderer, "second", kExtent, 2.0f),
+                                  Fill(m_renderer, "third", kExtent, 3.0f)};
+        std::vector<BufferId> lists;
+        for (const float value : {7.0f, 4.0f}) {
+            BufferId list = m_renderer.CreateBuffer(Text("list {}", value),
+                                                    {.size = 4, .memory = rhi::MemoryKind::Upload});
+            m_renderer.AddPass(
+                "Write", PassKind::Transfer, [&](PassBuilder& pass) { list = pass.CopiesTo(list); },
+                [list, value](CommandList&, const PassResources& resources) {
+                    std::memcpy(resources.Buffer(list).Mapped().data(), &value, sizeof value);
+                });
+            lists.push_back(list);
+        }
+        TextureId targets[] = {
+            m_renderer.CreateTexture("target 0", {.extent = kExtent, .format = Format::R32Float}),
+            m_renderer.CreateTexture("target 1", {.extent = kExtent, .format = Format::R32Float})};
+        m_renderer.AddPass(
+            "Arrays", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/arrays.comp");
+                pass.Reads("lists[1]", lists[1]);
+                pass.Reads("maps[2]", maps[2], rhi::SamplerDesc{});
+                pass.Reads("maps[0]", maps[0], rhi::SamplerDesc{});
+                if (!instead.empty()) pass.Reads(instead, maps[1], rhi::SamplerDesc{});
+                targets[1] = pass.Writes("targets[1]", targets[1]);
+                pass.Reads("lists[0]", lists[0]);
+                targets[0] = pass.Writes("targets[0]", targets[0]);
+                pass.Uniform("factors[1]", Block{{-1.0f}});
+                pass.Uniform("factors[0]", Block{{0.5f}});
+            },
+            [](CommandList& commands) { commands.DispatchOver(kExtent); });
+        if (second) *second = m_renderer.ReadBack(targets[1]);
+        return targets[0];
+    }
+};
+
+TEST_F(Arrays, Elements_AreBoundByName) {
+    Readback second;
+    const Readback first = m_renderer.ReadBack(Run("maps[1]", &second));
+    m_renderer.Execute();
+    EXPECT_THAT(Read(first).values, ::testing::Each(0.5f * 1'002'003.0f));
+    EXPECT_THAT(Read(second).values, ::testing::Each(-3.0f));
+}
+
+TEST_F(Arrays, ElementsThatAreMissing_AreNamed) {
+    const auto refusal = [&](std::string_view instead) {
+        const std::string text = testing::ErrorTextOf([&] { Run(instead); });
+        m_renderer.DropFrame();
+        return text;
+    };
+    EXPECT_EQ(
+        refusal(""),
+        R"(pass "Arrays" does not bind what its shaders use: maps[1] (sampled image, in test/arrays.comp))");
+    for (const char* name : {"maps", "maps[3]", "maps[01]"})
+        EXPECT_THAT(refusal(name), ::testing::StartsWith(Text(
+                                       R"(pass "Arrays" binds "{}": no such binding; test/arrays.comp has )"
+                                       R"(targets[0] (storage image, write), targets[1])",
+                                       name)));
+    EXPECT_EQ(refusal("maps[2]"), R"(pass "Arrays" binds "maps[2]" twice)");
+}
+
+}  // namespace
+}  // namespace raygraph::array_test

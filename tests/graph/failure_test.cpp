@@ -467,26 +467,36 @@ TEST(Misuse, ViewThatTheShaderCannotHave) {
         R"(pass "Look" binds "image" to 6 layers of 64x32 of "faces": in look.comp it is a cube map, of six square layers)");
 }
 
-TEST(Misuse, TargetOfSeveralLayersOrOfAnotherSize) {
+TEST(Misuse, TargetsThatDoNotFitTogether) {
     GraphMaker graph;
     const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
-    const auto refusal = [&](const std::vector<Subresources>& targets) {
+    Shader plain, layered;
+    layered.reflection.writesLayer = true;
+    const auto refusal = [&](const std::vector<Subresources>& targets, const Shader* vertex = nullptr,
+                             bool hasLayeredTargets = true) {
         PassDeclaration pass;
         pass.Clear(PassKind::Raster, nullptr);
+        pass.request.vertex = vertex ? vertex : &plain;
         graph.AddPass("Draw", PassKind::Raster);
         for (const Subresources& part : targets)
             pass.colors.push_back({.index = static_cast<uint32_t>(pass.colors.size()),
                                    .resource = faces.resource,
                                    .load = {},
                                    .part = rhi::Resolved(part, 3, 6)});
-        return testing::ErrorTextOf([&] { ResolveTargets(graph, pass); });
+        return testing::ErrorTextOf([&] { ResolveTargets(graph, pass, hasLayeredTargets); });
     };
     EXPECT_EQ(
         refusal({Level(1)}),
-        R"(pass "Draw" draws to 6 layers of "faces": a target is one level of one layer, as in Subresource(0, 0))");
+        R"(pass "Draw" draws to 6 layers of "faces", but its vertex shader does not write gl_Layer; one is Layer(0))");
     EXPECT_EQ(
-        refusal({Layer(1)}),
-        R"(pass "Draw" draws to 3 levels of "faces": a target is one level of one layer, as in Subresource(0, 0))");
+        refusal({Level(1)}, &layered, false),
+        R"(pass "Draw" draws to 6 layers of "faces", but the device has no layered targets (shaderOutputLayer))");
+    EXPECT_EQ(refusal({Level(1)}, &layered), "accepted");
+    const Subresources two{.level = 1, .levelCount = 1, .layer = 0, .layerCount = 2};
+    EXPECT_EQ(refusal({two, Subresource(1, 3)}, &layered),
+              R"(pass "Draw" draws to 2 layers of "faces" and to 1 layer of "faces")");
+    EXPECT_EQ(refusal({Layer(1)}),
+              R"(pass "Draw" draws to 3 levels of "faces": a target is one level, as in Level(0))");
     EXPECT_EQ(refusal({Subresource(1, 2), Subresource(2, 2)}),
               R"(pass "Draw" draws to "faces" of 32x32 and to "faces" of 16x16)");
     EXPECT_EQ(refusal({Subresource(1, 2), Subresource(1, 3)}), "accepted");

@@ -649,6 +649,52 @@ TEST_F(SubresourceFrames, CubeMap_HasItsFacesAroundIt) {
     EXPECT_THAT(Read(seen).values, ElementsAre(1, 2, 3, 4, 5, 6)) << "+x -x +y -y +z -z";
 }
 
+// Each instance is drawn to a layer of its own, all by one draw. The others keep what they had, and depth, of
+// which the last instance finds a nearer one, is tested layer by layer.
+TEST_F(SubresourceFrames, LayeredTargets_AreDrawnByOneDraw) {
+    if (!Device().Info().optional.layeredTargets) GTEST_SKIP() << "the device has no layered targets";
+    m_renderer.AddShader("test/layers.vert", CompileText("test/layers.vert", R"(
+#extension GL_ARB_shader_viewport_layer_array : require
+layout(location = 0) out float value;
+void main() {
+    const vec2 corners[3] = vec2[](vec2(-1.0, -1.0), vec2(3.0, -1.0), vec2(-1.0, 3.0));
+    gl_Layer = gl_InstanceIndex % 3;
+    value = 10.0 + float(gl_InstanceIndex);
+    gl_Position = vec4(corners[gl_VertexIndex], gl_InstanceIndex == 3 ? 0.75 : 0.5, 1.0);
+})"));
+    m_renderer.AddShader("test/value.frag", CompileText("test/value.frag", R"(
+layout(location = 0) in float value;
+layout(location = 0) out float color;
+void main() { color = value; })"));
+    m_renderer.BeginFrame();
+    TextureId layers = m_renderer.CreateTexture(
+        "layers", {.extent = {8, 8}, .format = Format::R32Float, .levels = 2, .layers = 5});
+    TextureId depth =
+        m_renderer.CreateTexture("depth", {.extent = {4, 4}, .format = Format::D32Float, .layers = 3});
+    m_renderer.AddPass(
+        "Clear", PassKind::Transfer, [&](PassBuilder& pass) { layers = pass.CopiesTo(layers); },
+        [layers](CommandList& commands, const PassResources& resources) {
+            commands.Clear(resources.Texture(layers), {1.0f, 0.0f, 0.0f, 0.0f});
+        });
+    m_renderer.AddPass(
+        "Draw", PassKind::Raster,
+        [&](PassBuilder& pass) {
+            pass.Vertex("test/layers.vert").Fragment("test/value.frag");
+            layers = pass.ColorTarget(0, layers, {.level = 1, .levelCount = 1, .layer = 1, .layerCount = 3},
+                                      {.value = {2.0f}});
+            depth = pass.DepthTarget(depth, Layers(0, 3));
+        },
+        [](CommandList& commands) { commands.Draw(3, 4); });
+    std::vector<Readback> all;
+    for (uint32_t layer = 0; layer < 5; ++layer) all.push_back(m_renderer.ReadBack(layers, 1, layer));
+    const Readback other = m_renderer.ReadBack(layers, 0, 2);
+    m_renderer.Execute();
+    const float expected[] = {1.0f, 10.0f, 11.0f, 12.0f, 1.0f};
+    for (uint32_t layer = 0; layer < 5; ++layer)
+        EXPECT_THAT(Read(all[layer]).values, Each(expected[layer])) << layer;
+    EXPECT_THAT(Read(other).values, Each(1.0f));
+}
+
 TEST_F(SubresourceFrames, TransfersOfParts_ClearAndCopyThemAlone) {
     m_renderer.BeginFrame();
     TextureId chain = m_renderer.CreateTexture(

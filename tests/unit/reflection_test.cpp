@@ -309,6 +309,18 @@ TEST(Reflection, WordsThatAreNoModuleAreRefused) {
     EXPECT_THROW(Reflect(cut, "cut"), Error);
 }
 
+TEST(Reflection, VertexShaders_WriteALayerOrNot) {
+    const auto writesLayer = [](const std::string& body) {
+        return ReflectGlsl(StageKind::Vertex,
+                           "#version 460\n#extension GL_ARB_shader_viewport_layer_array : require\n"
+                           "void main() { gl_Position = vec4(0.0); " +
+                               body + " }")
+            .writesLayer;
+    };
+    EXPECT_FALSE(writesLayer(""));
+    EXPECT_TRUE(writesLayer("gl_Layer = gl_InstanceIndex;"));
+}
+
 }  // namespace
 }  // namespace raygraph::rhi::reflection_test
 
@@ -407,6 +419,26 @@ TEST(ShaderInterface, DifferentArraySizesAndImageFormatsAreConflicts) {
               "shaders disagree: a.rgen has storage image 'x' of rgba32f at binding 0, b.rmiss has storage "
               "image 'x' of "
               "rgba16f at binding 0");
+}
+
+TEST(ShaderInterface, ElementsOfArrays_AreBindings) {
+    const ShaderInterface merged =
+        MergeInterface(std::vector{Stage("a.rgen",
+                                         "layout(binding = 3) uniform sampler2D sky;"
+                                         "layout(binding = 1) uniform sampler2D maps[3];"
+                                         "layout(binding = 2) readonly buffer Data { float d[]; } lists[2];",
+                                         "textureLod(maps[1], vec2(lists[1].d[0]), 0.0);")});
+    const std::vector<std::string> names{"maps[0]", "maps[1]", "maps[2]", "lists[0]", "lists[1]", "sky"};
+    ASSERT_EQ(merged.bindings.size(), names.size());
+    for (size_t i = 0; i < names.size(); ++i) {
+        const BindingInfo& info = merged.bindings[i];
+        EXPECT_EQ(info.name, names[i]);
+        EXPECT_EQ(info.binding, i < 3 ? 1u : i < 5 ? 2u : 3u) << info.name;
+        EXPECT_EQ(info.element, i < 3 ? i : i < 5 ? i - 3 : 0u) << info.name;
+        EXPECT_EQ(info.count, i < 3 ? 3u : i < 5 ? 2u : 1u) << info.name;
+        EXPECT_EQ(info.isUsed, i < 5) << info.name;
+    }
+    EXPECT_EQ(merged.Find("maps"), nullptr);
 }
 
 TEST(ShaderInterface, DifferentShapesAreConflicts) {
