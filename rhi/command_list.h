@@ -109,8 +109,8 @@ class RAYGRAPH_API CommandList {
     // Launches one ray-generation invocation for each texel. An empty extent records nothing.
     void TraceRays(Extent2D extent);
 
-    // Records vkCmdBeginRendering; viewport and scissor are set to the whole extent. All targets have the same
-    // number of layers; with several, the vertex shader chooses by gl_Layer. No MSAA.
+    // Records vkCmdBeginRendering; viewport and scissor are set to the whole extent. All targets have as many
+    // layers; with several, the vertex shader chooses by gl_Layer. No MSAA.
     void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
                         const DepthTarget* depth = nullptr);
     void EndRendering();
