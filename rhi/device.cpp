@@ -107,22 +107,21 @@ void Device::Impl::OpenQueues() {
 }
 
 VkResult Device::Impl::Await(const Submission& submission) noexcept {
-    QueueState& queue = Queue(submission.queue);
-    const VkSemaphoreWaitInfo wait{
-        VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &queue.timeline, &submission.value};
+    const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr,          0, 1,
+                                   &Queue(submission.queue).timeline,     &submission.value};
     if (hangLimit.count() == 0) return vk.vkWaitSemaphores(device, &wait, UINT64_MAX);
     const auto limit =
         static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(hangLimit).count());
     constexpr uint64_t kMillisecond = 1'000'000;
     uint64_t before = 0;
-    VkResult result = QuerySignaled(submission.queue, before);
+    VkResult result = QueryProgress(before);
     while (result == VK_SUCCESS) {
-        result = vk.vkWaitSemaphores(device, &wait, queue.hungValue.load() == before ? kMillisecond : limit);
+        result = vk.vkWaitSemaphores(device, &wait, hungProgress.load() == before ? kMillisecond : limit);
         if (result != VK_TIMEOUT) return result;
         uint64_t completed = 0;
-        result = QuerySignaled(submission.queue, completed);
+        result = QueryProgress(completed);
         if (result == VK_SUCCESS && completed == before) {
-            queue.hungValue = completed;
+            hungProgress = completed;
             return VK_TIMEOUT;
         }
         before = completed;  // the device is slow, but does not hang

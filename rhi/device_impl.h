@@ -47,9 +47,7 @@ struct QueueState {
     std::atomic<uint64_t> lastSubmitted{0};  // or handed over to the host
     std::atomic<uint64_t> lastSignaled{0};   // by own submissions
     std::atomic<uint64_t> lastCompleted{0};  // the value at the last query
-    // The timeline's value when a wait found the device to hang.
-    std::atomic<uint64_t> hungValue{~uint64_t{0}};
-    uint64_t joinedTransfers = 0;  // value of the transfer queue's timeline for which it waits
+    uint64_t joinedTransfers = 0;            // value of the transfer queue's timeline for which it waits
 };
 
 class MemoryCounter {
@@ -113,11 +111,13 @@ struct Device::Impl {
     void Close() noexcept;
     // Waits until all own submissions have completed, or the device is lost. Returns false if it hangs.
     bool Drain() noexcept;
-    // Waits for a queue's timeline. Returns VK_TIMEOUT when no submission has completed for hangLimit, or at
-    // once if the timeline has not advanced since another wait found the device to hang.
+    // Waits for a queue's timeline. Returns VK_TIMEOUT when no submission to any queue has completed for
+    // hangLimit, or at once if none has since another wait found the device to hang.
     VkResult Await(const Submission& submission) noexcept;
     // The value that the semaphore of the queue's timeline has now.
     VkResult QuerySignaled(QueueKind queue, uint64_t& value) noexcept;
+    // The sum of these values over all queues: it grows with every submission that completes.
+    VkResult QueryProgress(uint64_t& sum) noexcept;
     // The value up to which everything has completed, the host's buffers included.
     VkResult QueryCompleted(QueueKind queue, uint64_t& value) noexcept;
     // Queries all queues; gives 0 for those that the device lacks.
@@ -164,7 +164,8 @@ struct Device::Impl {
     // Values of HandOver, which the main semaphore skips. Completed ones are kept until it has passed them.
     mutable std::mutex handedMutex;
     std::set<uint64_t> pendingInHost, completedInHost;
-    std::chrono::milliseconds hangLimit{0};  // 0: none
+    std::chrono::milliseconds hangLimit{0};            // 0: none
+    std::atomic<uint64_t> hungProgress{~uint64_t{0}};  // when a wait found the device to hang
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

@@ -231,6 +231,17 @@ VkResult Device::Impl::QuerySignaled(QueueKind queue, uint64_t& value) noexcept 
     return vk.vkGetSemaphoreCounterValue(device, Queue(queue).timeline, &value);
 }
 
+VkResult Device::Impl::QueryProgress(uint64_t& sum) noexcept {
+    sum = 0;
+    for (const QueueKind queue : kQueueKinds) {
+        if (!Queue(queue).timeline) continue;
+        uint64_t value = 0;
+        if (const VkResult result = QuerySignaled(queue, value); result != VK_SUCCESS) return result;
+        sum += value;
+    }
+    return VK_SUCCESS;
+}
+
 VkResult Device::Impl::QueryCompleted(QueueKind queue, uint64_t& value) noexcept {
     const VkResult result = QuerySignaled(queue, value);
     if (result != VK_SUCCESS) return result;

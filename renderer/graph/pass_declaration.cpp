@@ -1,6 +1,7 @@
 #include "renderer/graph/pass_declaration.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -367,6 +368,9 @@ void PassMarks::BeginFrame(uint64_t number, const FrameGraph& graph, const Plan&
     frame.passCount = static_cast<uint32_t>(std::min<size_t>(plan.passes.size(), kMaxPasses));
     if (frame.passes.size() < frame.passCount) frame.passes.resize(frame.passCount);
     for (uint32_t i = 0; i < frame.passCount; ++i) frame.passes[i] = graph.passes[plan.passes[i].pass].name;
+    frame.queues.assign(plan.passes.size(), rhi::QueueKind::Main);
+    for (const PlannedBatch& batch : plan.batches)
+        std::fill_n(frame.queues.begin() + batch.firstPass, batch.passCount, batch.queue);
 }
 
 void PassMarks::Mark(rhi::CommandList& commands) {
@@ -378,20 +382,29 @@ void PassMarks::Mark(rhi::CommandList& commands) {
 std::string PassMarks::Report() const {
     const std::lock_guard lock(m_mutex);
     const Frame* newest = nullptr;
-    size_t reached = 0;
+    std::array<size_t, rhi::kQueueKinds.size()> reached{};  // by queue: passes up to the last mark
     for (size_t slot = 0; slot < m_frames.size(); ++slot) {
         const Frame& frame = m_frames[slot];
         for (size_t pass = 0; pass < frame.passCount; ++pass) {
             uint32_t word = 0;
             std::memcpy(&word, m_words.Mapped().data() + OffsetOf(slot, pass), sizeof word);
             if (word != ValueOf(frame.number) || (newest && newest->number > frame.number)) continue;
+            if (newest != &frame) reached = {};
             newest = &frame;
-            reached = pass;
+            reached[static_cast<size_t>(frame.queues[pass])] = pass + 1;
         }
     }
     if (!newest) return {};
-    return Text("the last pass reached was pass {} ({} of {}) of frame {}", Quoted(newest->passes[reached]),
-                reached + 1, newest->passCount, newest->number);
+    const auto passText = [&](size_t count) {
+        return Text("pass {} ({} of {})", Quoted(newest->passes[count - 1]), count, newest->passCount);
+    };
+    const size_t onMain = reached[static_cast<size_t>(rhi::QueueKind::Main)];
+    const size_t onCompute = reached[static_cast<size_t>(rhi::QueueKind::Compute)];
+    if (onMain != 0 && onCompute != 0)
+        return Text("the last passes reached were {} and, on the compute queue, {} of frame {}",
+                    passText(onMain), passText(onCompute), newest->number);
+    return Text("the last pass reached was {} of frame {}", passText(std::max(onMain, onCompute)),
+                newest->number);
 }
 
 }  // namespace raygraph

@@ -141,14 +141,15 @@ class PassMarks {
     // barriers, which must make transfers wait, too.
     void Mark(rhi::CommandList& commands);
     // Returns the last mark of the newest frame that has one, `the last pass reached was pass "Trace" (2 of
-    // 3) of frame 12`; empty if there is none. May be called from any thread.
+    // 3) of frame 12`, or those of both queues; empty if there is none. May be called from any thread.
     std::string Report() const;
 
   private:
     struct Frame {
         uint64_t number = 0;
         uint32_t passCount = 0;
-        std::vector<std::string> passes;  // the first passCount; others keep their memory
+        std::vector<std::string> passes;     // the first passCount; others keep their memory
+        std::vector<rhi::QueueKind> queues;  // by pass
     };
     uint64_t OffsetOf(size_t slot, size_t pass) const {
         return (slot * kMaxPasses + pass) * sizeof(uint32_t);

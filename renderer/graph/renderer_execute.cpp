@@ -451,7 +451,11 @@ rhi::Submission Renderer::Impl::Submit(FrameTiming& timing, VkCommandBuffer host
 
 // Records all before it submits any, so that an Error in a pass leaves the queues as they are.
 rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwatch& recording) {
-    std::vector<rhi::CommandList> lists;
+    std::vector<rhi::CommandList>& lists = batchLists;
+    const struct Clear {
+        std::vector<rhi::CommandList>& lists;
+        ~Clear() { lists.clear(); }  // after an Error, too: unsubmitted lists are dropped at once
+    } clear{lists};
     for (const PlannedBatch& batch : plan.batches) {
         lists.push_back(device.BeginCommands("frame", batch.queue));
         Record(lists.back(), batch, timing);
@@ -459,10 +463,12 @@ rhi::Submission Renderer::Impl::SubmitBatches(FrameTiming& timing, const Stopwat
     for (std::function<void()>& run : onSubmitted) lists.back().OnSubmitted(std::move(run));
     timing.recordMs = recording.Milliseconds();
     const Stopwatch submitting;
-    std::vector<rhi::Submission> submissions;
+    std::vector<rhi::Submission>& submissions = batchSubmissions;
+    submissions.clear();
     const auto submit = [&](size_t b) {
         const PlannedBatch& batch = plan.batches[b];
-        std::vector<rhi::SemaphoreUse> waited;
+        std::vector<rhi::SemaphoreUse>& waited = batchWaits;
+        waited.clear();
         if (batch.waitsFor != kNone) waited.push_back(device.After(submissions[batch.waitsFor]));
         // The first one has no commands that would wait before it signals.
         if (b == 0)

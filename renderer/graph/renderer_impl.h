@@ -234,6 +234,9 @@ struct Renderer::Impl {
     std::vector<rhi::BoundResource> bound;
     std::vector<rhi::ColorTarget> colorTargets;
     std::vector<Program*> neededPrograms;
+    std::vector<rhi::CommandList> batchLists;
+    std::vector<rhi::Submission> batchSubmissions;
+    std::vector<rhi::SemaphoreUse> batchWaits;
     std::string label;
 };
 

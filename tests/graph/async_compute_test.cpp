@@ -126,6 +126,18 @@ TEST_F(AsyncCompute, EveryPass_HasATime) {
     }
 }
 
+TEST_F(AsyncCompute, LostDevice_NamesThePassesOfBothQueues) {
+    renderer->BeginFrame();
+    const TextureId filled = Fill(Transient("filled"), 1.0f, true);
+    renderer->Present(Scale("After", filled, Transient("shown"), 2.0f, false));
+    renderer->Execute();
+    device->WaitIdle();
+    EXPECT_THAT(
+        testing::ErrorTextOf([&] { device->Check(VK_ERROR_DEVICE_LOST, "x"); }, ErrorKind::DeviceLost),
+        HasSubstr(R"(the last passes reached were pass "After" (2 of 2) and, on the compute queue, )"
+                  R"(pass "Fill" (1 of 2) of frame 1)"));
+}
+
 // A frame for the host's command buffer is for one queue, whatever its passes ask for.
 TEST_F(AsyncCompute, Record_UsesOneQueue) {
     const rhi::DeviceFunctions& vk = host.Functions();

@@ -2,8 +2,11 @@
 // host gives its one queue three times: each still has a timeline of its own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <chrono>
+#include <memory>
 #include <mutex>
 #include <numeric>
+#include <thread>
 #include <vector>
 
 #include "rhi/command_list.h"
@@ -83,6 +86,28 @@ TEST_F(QueuesTest, WorkOfOneQueue_CanWaitForAnother) {
     gate.Open();
     device->WaitFor(next);
     EXPECT_TRUE(device->HasCompleted(held));
+}
+
+// The main queue completes nothing for longer than the limit, but the compute queue goes on.
+TEST_F(QueuesTest, ProgressOfAnotherQueue_IsNoHang) {
+    rhi::AdoptedDeviceDesc desc = host.DescWithQueues();
+    desc.hangLimit = std::chrono::milliseconds(400);
+    const std::unique_ptr<rhi::Device> slow = rhi::Device::Adopt(desc);
+    std::vector<std::unique_ptr<Gate>> gates;
+    Submission last;
+    for (int i = 0; i < 5; ++i) {
+        const rhi::SemaphoreUse opened = gates.emplace_back(std::make_unique<Gate>(*slow))->At(1);
+        last = slow->Submit(slow->BeginCommands("step", QueueKind::Compute), {&opened, 1});
+    }
+    const rhi::SemaphoreUse after = slow->After(last);
+    const Submission held = slow->Submit(slow->BeginCommands("held"), {&after, 1});
+    const std::jthread opener([&] {
+        for (const auto& gate : gates) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(120));
+            gate->Open();
+        }
+    });
+    EXPECT_NO_THROW(slow->WaitFor(held)) << "600 ms in steps of 120 ms, with a limit of 400 ms";
 }
 
 // The pool of a list that was dropped is one of that list's family.
