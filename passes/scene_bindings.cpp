@@ -28,11 +28,6 @@ HitGroupShaders Capsules(HitGroupShaders shaders) {
     return shaders;
 }
 
-void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const HitGroupShaders& shaders) {
-    pass.HitGroup(rayType, shaders, kHitSetTriangles);
-    if (scene.features.Has(kTraceCapsules)) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
-}
-
 // Returns the bounces of all paths of a sample: from roulette.start on, each is survived with the same
 // probability. It is a function of seed and sample, like all random numbers.
 uint32_t FrameDepth(const TraceSettings& settings) {
@@ -129,6 +124,13 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
     pass.Reads("sceneTlas", scene.tlas);
     pass.ReadsByAddress(scene.blases);
     pass.Uniform("parameters", parameters);
+}
+
+void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const HitGroupShaders& shaders,
+              uint32_t number) {
+    pass.HitGroup(rayType, shaders, HitSetOf(number, kHitSetTriangles));
+    if (scene.features.Has(kTraceCapsules))
+        pass.HitGroup(rayType, Capsules(shaders), HitSetOf(number, kHitSetCapsules));
 }
 
 void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {

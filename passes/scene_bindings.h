@@ -27,6 +27,11 @@ enum class AlphaTest : uint8_t {
 // parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
+// Binds the hit shaders of a ray type for the instances of a number (GpuScene::SetHitSet), and for those of
+// all other numbers that are not bound if it is 0. Round primitives get an intersection shader, which needs
+// BindGeometry and BindMaterials where the scene has any (kTraceCapsules).
+RAYGRAPH_API void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType,
+                           const HitGroupShaders& shaders, uint32_t number = 0);
 // Binds what shadow rays need, in addition to BindTracing. Where the scene has alpha, thin walls or round
 // primitives, BindGeometry and BindMaterials are needed too.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);

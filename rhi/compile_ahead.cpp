@@ -28,16 +28,17 @@ uint32_t FirstGroup(const Device& device, const RayTracingPipeline& pipeline) {
     return number;
 }
 
-// Creates `count` shader groups, at least 2, since a pipeline has no fewer: ray generation is one, each hit
-// set another.
+// Creates `count` shader groups, at least 1: ray generation is one, each miss another.
 void SkipGroups(Device& device, uint32_t count) {
-    const std::vector<uint32_t> rayGen =
-        CompileGlsl({.name = "nothing",
-                     .text = "#version 460\n#extension GL_EXT_ray_tracing : require\nvoid main() {}\n",
-                     .stage = StageKind::RayGen});
+    const auto compile = [](StageKind stage) {
+        return CompileGlsl({.name = "nothing",
+                            .text = "#version 460\n#extension GL_EXT_ray_tracing : require\nvoid main() {}\n",
+                            .stage = stage});
+    };
+    const std::vector<uint32_t> rayGen = compile(StageKind::RayGen), miss = compile(StageKind::Miss);
     RayTracingPipelineDesc desc{.name = "skipped groups"};
     desc.rayGen.stage = {.name = "nothing.rgen", .spirv = rayGen};
-    desc.hitSets.resize(count - 1);
+    desc.miss.resize(count - 1, {.stage = {.name = "nothing.rmiss", .spirv = miss}, .recordData = {}});
     static_cast<void>(CreateRayTracingPipeline(device, desc));
 }
 

@@ -331,7 +331,12 @@ std::vector<ShaderStage> StagesOf(const RayTracingPipelineDesc& desc) {
     return stages;
 }
 
-// The shader groups in the order of their numbers: ray generation, misses, hit sets, callables.
+bool IsEmpty(const HitGroup& group) {
+    return group.closestHit.IsEmpty() && group.anyHit.IsEmpty() && group.intersection.IsEmpty();
+}
+
+// The shader groups in the order of their numbers: ray generation, misses, hit sets, callables. Where there
+// is no shader, there is no group.
 class GroupList {
   public:
     GroupList(StageSet& stages, const DeviceInfo& info)
@@ -344,8 +349,8 @@ class GroupList {
         m_groups.push_back(group);
     }
 
-    // A group without any shader is legal: VK_SHADER_UNUSED_KHR throughout.
     void AddHit(const HitGroup& hit) {
+        if (IsEmpty(hit)) return;
         VkRayTracingShaderGroupCreateInfoKHR group =
             Unused(hit.intersection.IsEmpty() ? VK_RAY_TRACING_SHADER_GROUP_TYPE_TRIANGLES_HIT_GROUP_KHR
                                               : VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR);
@@ -381,36 +386,41 @@ uint32_t DataBytes(const std::vector<std::byte>& data) {
     return static_cast<uint32_t>(data.size());
 }
 
-// Writes records one after another, taking the handles in the order of the groups.
+// Writes records, and gives out the handles in the order of the groups.
 class TableWriter {
   public:
     TableWriter(std::byte* table, std::span<const std::byte> handles, size_t handleSize)
         : m_table(table), m_handles(handles), m_handleSize(handleSize) {}
 
-    // Without a group the handle stays zero, which means "no shader" to the device.
-    void Write(const TableRegion& region, uint32_t record, bool hasGroup,
+    // Returns the handle of the next group, or an empty one for a record that has none.
+    std::span<const std::byte> NextHandle(bool hasGroup) {
+        if (!hasGroup) return {};
+        RG_CHECK_GE(m_handles.size(), m_handleSize);
+        const auto handle = m_handles.first(m_handleSize);
+        m_handles = m_handles.subspan(m_handleSize);
+        return handle;
+    }
+
+    // An empty handle stays zero, which means "no shader" to the device.
+    void Write(const TableRegion& region, uint32_t record, std::span<const std::byte> handle,
                const std::vector<std::byte>& data) {
         std::byte* target = m_table + region.RecordOffset(record);
         std::memset(target, 0, region.stride);
-        if (hasGroup) {
-            RG_CHECK_GE(m_handles.size(), m_handleSize);
-            std::memcpy(target, m_handles.data(), m_handleSize);
-            m_handles = m_handles.subspan(m_handleSize);
-        }
-        if (!data.empty()) std::memcpy(target + m_handleSize, data.data(), data.size());
+        std::ranges::copy(handle, target);
+        std::ranges::copy(data, target + m_handleSize);
     }
 
   private:
     std::byte* m_table;
-    std::span<const std::byte> m_handles;  // handles that are not written yet
+    std::span<const std::byte> m_handles;  // handles that are not given out yet
     size_t m_handleSize;
 };
 
 TableLayout LayOut(const Device& device, const RayTracingPipelineDesc& desc) {
     std::vector<uint32_t> miss, hit, callable;
     for (const GeneralShader& shader : desc.miss) miss.push_back(DataBytes(shader.recordData));
-    for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set) hit.push_back(DataBytes(group.recordData));
+    for (const uint32_t set : desc.tableSets)
+        for (const HitGroup& group : desc.hitSets[set]) hit.push_back(DataBytes(group.recordData));
     for (const GeneralShader& shader : desc.callables) callable.push_back(DataBytes(shader.recordData));
     const DeviceInfo& info = device.Info();
     const TableProperties properties{info.shaderGroupHandleSize, info.shaderGroupHandleAlignment,
@@ -428,6 +438,10 @@ void CheckDesc(const Device& device, const RayTracingPipelineDesc& desc) {
     for (const GeneralShader& callable : desc.callables)
         if (callable.stage.IsEmpty())
             throw MakeError(ErrorKind::Usage, "{}: has an empty callable shader", desc.name);
+    const size_t setCount = std::max<size_t>(1, desc.hitSets.size());
+    for (const uint32_t set : desc.tableSets)
+        if (set >= setCount)
+            throw MakeError(ErrorKind::Usage, "{}: its table has hit set {} of {}", desc.name, set, setCount);
     const uint32_t most = device.Info().maxRayRecursionDepth;
     if (desc.maxRecursion > most)
         throw MakeError(ErrorKind::Usage, "{}: maxRecursion {} exceeds the device's {}", desc.name,
@@ -482,14 +496,21 @@ void RayTracingPipeline::CreateTable(const RayTracingPipelineDesc& desc, uint32_
                                       .memory = MemoryKind::Upload});
     const VkDeviceAddress start = AlignUp(m_table.Address(), alignment);
     TableWriter writer(m_table.Mapped().data() + (start - m_table.Address()), handles, handleSize);
-    writer.Write(m_tableLayout.rayGen, 0, true, desc.rayGen.recordData);
+    writer.Write(m_tableLayout.rayGen, 0, writer.NextHandle(true), desc.rayGen.recordData);
     for (uint32_t i = 0; i < desc.miss.size(); ++i)
-        writer.Write(m_tableLayout.miss, i, !desc.miss[i].stage.IsEmpty(), desc.miss[i].recordData);
+        writer.Write(m_tableLayout.miss, i, writer.NextHandle(!desc.miss[i].stage.IsEmpty()),
+                     desc.miss[i].recordData);
+    std::vector<std::vector<std::span<const std::byte>>> handlesOf(desc.hitSets.size());
+    for (size_t set = 0; set < handlesOf.size(); ++set)
+        for (const HitGroup& group : desc.hitSets[set])
+            handlesOf[set].push_back(writer.NextHandle(!IsEmpty(group)));
     uint32_t record = 0;
-    for (const HitGroupSet& set : desc.hitSets)
-        for (const HitGroup& group : set) writer.Write(m_tableLayout.hit, record++, true, group.recordData);
+    for (const uint32_t set : desc.tableSets)
+        for (size_t type = 0; type < handlesOf[set].size(); ++type)
+            writer.Write(m_tableLayout.hit, record++, handlesOf[set][type],
+                         desc.hitSets[set][type].recordData);
     for (uint32_t i = 0; i < desc.callables.size(); ++i)
-        writer.Write(m_tableLayout.callable, i, true, desc.callables[i].recordData);
+        writer.Write(m_tableLayout.callable, i, writer.NextHandle(true), desc.callables[i].recordData);
 
     const std::array<const TableRegion*, 4> regions{&m_tableLayout.rayGen, &m_tableLayout.miss,
                                                     &m_tableLayout.hit, &m_tableLayout.callable};
@@ -508,6 +529,8 @@ RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipe
     for (const HitGroupSet& set : whole.hitSets) rayTypeCount = std::max(rayTypeCount, set.size());
     whole.miss.resize(rayTypeCount);
     for (HitGroupSet& set : whole.hitSets) set.resize(rayTypeCount);
+    if (whole.tableSets.empty())
+        for (uint32_t set = 0; set < whole.hitSets.size(); ++set) whole.tableSets.push_back(set);
     return {device, whole};
 }
 

@@ -146,8 +146,8 @@ struct GeneralShader {
     std::vector<std::byte> recordData{};
 };
 
-// Holds the shaders that a hit runs. All may be empty: such a hit runs nothing and does not change the
-// payload. With an intersection shader the group is for AABBs, without one for triangles.
+// Holds the shaders that a hit runs. If all are empty, triangles are hit without effect on the payload, and
+// AABBs are never hit. With an intersection shader the group is for AABBs, without one for triangles.
 struct HitGroup {
     ShaderStage closestHit{};
     ShaderStage anyHit{};
@@ -166,6 +166,9 @@ struct RayTracingPipelineDesc {
     // By ray type; with an empty stage, a miss does not change the payload.
     std::vector<GeneralShader> miss{};
     std::vector<HitGroupSet> hitSets{};  // empty: one set that runs nothing
+    // The hit sets of the table, as indices into hitSets: a set that several of them share has its groups in
+    // the pipeline once. Empty: each of hitSets, in their order.
+    std::vector<uint32_t> tableSets{};
     std::vector<GeneralShader> callables{};
     std::vector<SpecializationValue> specialization{};
     uint32_t maxRecursion = 1;  // 1: only ray generation traces
@@ -192,8 +195,8 @@ class RAYGRAPH_API RayTracingPipeline : public Pipeline {
 };
 
 // Compiles a shader that several groups use once. Throws Error{Usage} naming the pipeline for a missing
-// ray-generation shader, a shader of the wrong stage, and maxRecursion or record data above the device's
-// limits; otherwise as CreateComputePipeline.
+// ray-generation shader, a shader of the wrong stage, an index of tableSets out of range, and maxRecursion or
+// record data above the device's limits; otherwise as CreateComputePipeline.
 RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
 
 // --- Statistics ---

@@ -177,6 +177,36 @@ bool GpuScene::IsVisible(uint32_t instance) const {
     return m_impl->scene->instances.IsVisible(instance);
 }
 
+void GpuScene::SetHostMask(std::span<const uint32_t> instances, uint8_t mask) {
+    m_impl->RequireNoFrame("SetHostMask");
+    for (const uint32_t instance : instances) m_impl->scene->RequireInstance(instance);
+    if ((mask & ~kMaskHost) != 0)
+        throw MakeError(ErrorKind::Usage,
+                        "GpuScene: SetHostMask: 0x{:02x} has bits that are not the host's, 0x{:02x}", mask,
+                        kMaskHost);
+    WithMemoryErrors("SetHostMask", [&] { m_impl->scene->instances.SetHostMask(instances, mask); });
+}
+
+uint8_t GpuScene::HostMask(uint32_t instance) const {
+    m_impl->scene->RequireInstance(instance);
+    return m_impl->scene->instances.HostMask(instance);
+}
+
+void GpuScene::SetHitSet(std::span<const uint32_t> instances, uint32_t number) {
+    m_impl->RequireNoFrame("SetHitSet");
+    for (const uint32_t instance : instances) m_impl->scene->RequireInstance(instance);
+    if (number >= kHitSetNumbers)
+        throw MakeError(ErrorKind::Usage, "GpuScene: SetHitSet: {} is beyond the last number, {}", number,
+                        kHitSetNumbers - 1);
+    WithMemoryErrors("SetHitSet",
+                     [&] { m_impl->scene->instances.SetHitSet(instances, static_cast<uint8_t>(number)); });
+}
+
+uint32_t GpuScene::HitSet(uint32_t instance) const {
+    m_impl->scene->RequireInstance(instance);
+    return m_impl->scene->instances.HitSet(instance);
+}
+
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     m_impl->scene->RequireMaterial(material);

@@ -263,6 +263,23 @@ class RAYGRAPH_API GpuScene {
     // Sets many at once, which costs less than one by one. On an Error nothing has changed.
     void SetVisible(std::span<const uint32_t> instances, bool isVisible);
     bool IsVisible(uint32_t instance) const;
+
+    // --- What a host's own passes meet (docs/write-a-pass.md). Raygraph's pictures do not depend on these:
+    // a change updates the TLAS and restarts nothing. New instances have the defaults, those of SetScene too;
+    // files have no such data. Errors change nothing: Error{Usage} for an instance that does not exist and
+    // values out of range; Error{OutOfMemory}.
+    //
+    // Sets the host's bits, kMaskHost, of the mask by which rays meet a visible instance; by default all of
+    // them. Rays of which each bit is one of the host's meet exactly the instances that share a bit.
+    void SetHostMask(uint32_t instance, uint8_t mask) { SetHostMask({&instance, 1}, mask); }
+    void SetHostMask(std::span<const uint32_t> instances, uint8_t mask);
+    uint8_t HostMask(uint32_t instance) const;
+    // Sets the number of the hit set, below kHitSetNumbers: passes that have hit groups for it
+    // (PassBuilder::HitGroup, HitSetOf) run them, all others run those of number 0, the default.
+    void SetHitSet(uint32_t instance, uint32_t number) { SetHitSet({&instance, 1}, number); }
+    void SetHitSet(std::span<const uint32_t> instances, uint32_t number);
+    uint32_t HitSet(uint32_t instance) const;
+
     // Changes factors; textures stay. Where rays treat the surface differently afterwards (culling, alpha,
     // straight transmission), the next frame rebuilds the BLASes that contain it, whose memory is allocated
     // when this returns. A material that did not emit when the scene was set, and has no emissive texture,

@@ -44,11 +44,15 @@ PassBuilder& PassBuilder::HitGroup(RayType rayType, const HitGroupShaders& shade
     if (hitSet >= kMaxHitSets)
         throw MakeError(ErrorKind::Usage, "{}: hit set {} is beyond the last one possible, {}",
                         PassText(m_graph), hitSet, kMaxHitSets - 1);
-    auto& sets = m_pass.request.hitSets;
-    if (sets.size() <= hitSet) sets.resize(hitSet + 1);
-    sets[hitSet][static_cast<size_t>(rayType)] = {.closestHit = FindShader(shaders.closestHit),
-                                                  .anyHit = FindShader(shaders.anyHit),
-                                                  .intersection = FindShader(shaders.intersection)};
+    auto& groups = m_pass.request.hitGroups;
+    std::erase_if(groups, [&](const HitGroupRequest& group) {
+        return group.hitSet == hitSet && group.rayType == rayType;
+    });
+    groups.push_back({.hitSet = hitSet,
+                      .rayType = rayType,
+                      .closestHit = FindShader(shaders.closestHit),
+                      .anyHit = FindShader(shaders.anyHit),
+                      .intersection = FindShader(shaders.intersection)});
     return *this;
 }
 

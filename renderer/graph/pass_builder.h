@@ -73,7 +73,9 @@ class RAYGRAPH_API PassBuilder {
     // --- Shaders, by their name in the ShaderLibrary ("pathtrace/pathtrace.rgen") ---
     PassBuilder& RayGen(std::string_view shader);
     PassBuilder& Miss(RayType rayType, std::string_view shader);
-    // `hitSet` distinguishes instances (FirstHitRecord); there is one group per ray type in each set.
+    // `hitSet` distinguishes instances (FirstHitRecord); there is one group per ray type in each set. Where a
+    // set is not given a group, it has that of set 0 if it is even, and of set 1 if it is odd: those of the
+    // same kind of primitives (HitSetOf).
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
     // Sets how deep rays may trace rays. With 1, the default, only ray generation traces; a closest-hit

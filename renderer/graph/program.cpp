@@ -22,6 +22,31 @@ rhi::ShaderStage StageOf(const Shader* shader) {
     return {.name = shader->name, .spirv = shader->words, .reflection = &shader->reflection};
 }
 
+// Sets the hit sets of a pipeline with a table that has all of them: PassBuilder::HitGroup tells which groups
+// those have that are not requested.
+void SetHitSets(rhi::RayTracingPipelineDesc& desc, std::span<const HitGroupRequest> requests) {
+    uint32_t count = kHitSetCount;
+    for (const HitGroupRequest& request : requests) count = std::max(count, request.hitSet + 1);
+    desc.hitSets.assign(kHitSetKinds, rhi::HitGroupSet(kRayTypeCount));
+    for (uint32_t set = 0; set < count; ++set) desc.tableSets.push_back(set % kHitSetKinds);
+    // The sets of number 0 come first, since others begin as their copies.
+    for (const bool isFirst : {true, false}) {
+        for (const HitGroupRequest& request : requests) {
+            if ((request.hitSet < kHitSetKinds) != isFirst) continue;
+            uint32_t& own = desc.tableSets[request.hitSet];
+            if (!isFirst && own < kHitSetKinds) {
+                desc.hitSets.push_back(rhi::HitGroupSet(desc.hitSets[own]));
+                own = static_cast<uint32_t>(desc.hitSets.size() - 1);
+            }
+            desc.hitSets[own][static_cast<size_t>(request.rayType)] = {
+                .closestHit = StageOf(request.closestHit),
+                .anyHit = StageOf(request.anyHit),
+                .intersection = StageOf(request.intersection),
+                .recordData = {}};
+        }
+    }
+}
+
 std::string ConstantNames(const rhi::ShaderInterface& interface) {
     std::string names;
     for (const rhi::SpecializationConstant& constant : interface.specialization)
@@ -35,7 +60,7 @@ void ProgramRequest::Clear(PassKind newKind) {
     kind = newKind;
     rayGen = compute = vertex = fragment = nullptr;
     miss = {};
-    hitSets.clear();
+    hitGroups.clear();
     callables.clear();
     maxRecursion = 1;
     specialization.clear();
@@ -45,7 +70,7 @@ void ProgramRequest::Clear(PassKind newKind) {
 }
 
 bool ProgramRequest::HasShaders() const {
-    return rayGen || compute || vertex || fragment || !hitSets.empty() || !callables.empty() ||
+    return rayGen || compute || vertex || fragment || !hitGroups.empty() || !callables.empty() ||
            std::any_of(miss.begin(), miss.end(), [](const Shader* shader) { return shader != nullptr; });
 }
 
@@ -58,12 +83,10 @@ void ProgramRequest::ListShaders(std::vector<const Shader*>& shaders) const {
     add(vertex);
     add(fragment);
     for (const Shader* shader : miss) add(shader);
-    for (const auto& set : hitSets) {
-        for (const HitShaders& hit : set) {
-            add(hit.closestHit);
-            add(hit.anyHit);
-            add(hit.intersection);
-        }
+    for (const HitGroupRequest& group : hitGroups) {
+        add(group.closestHit);
+        add(group.anyHit);
+        add(group.intersection);
     }
     for (const Shader* shader : callables) add(shader);
 }
@@ -244,14 +267,7 @@ ProgramPipeline ProgramCache::MakePipeline(const Program& program, bool isAhead)
             desc.rayGen.stage = StageOf(request.rayGen);
             for (const Shader* miss : request.miss)
                 desc.miss.push_back({.stage = StageOf(miss), .recordData = {}});
-            for (const auto& set : request.hitSets) {
-                rhi::HitGroupSet& groups = desc.hitSets.emplace_back();
-                for (const HitShaders& shaders : set)
-                    groups.push_back({.closestHit = StageOf(shaders.closestHit),
-                                      .anyHit = StageOf(shaders.anyHit),
-                                      .intersection = StageOf(shaders.intersection),
-                                      .recordData = {}});
-            }
+            SetHitSets(desc, request.hitGroups);
             for (const Shader* callable : request.callables)
                 desc.callables.push_back({.stage = StageOf(callable), .recordData = {}});
             desc.specialization = program.m_specialization;

@@ -25,13 +25,15 @@
 
 namespace raygraph {
 
-// Null stands for a stage that is left out.
-struct HitShaders {
+// The group of a ray type in a hit set; null stands for a stage that is left out.
+struct HitGroupRequest {
+    uint32_t hitSet = 0;
+    RayType rayType = RayType::Radiance;
     const Shader* closestHit = nullptr;
     const Shader* anyHit = nullptr;
     const Shader* intersection = nullptr;
 
-    bool operator==(const HitShaders&) const = default;
+    bool operator==(const HitGroupRequest&) const = default;
 };
 
 struct SpecializationRequest {
@@ -47,7 +49,7 @@ struct ProgramRequest {
     PassKind kind = PassKind::Compute;
     const Shader* rayGen = nullptr;
     std::array<const Shader*, kRayTypeCount> miss{};
-    std::vector<std::array<HitShaders, kRayTypeCount>> hitSets;
+    std::vector<HitGroupRequest> hitGroups;  // at most one for a ray type in a hit set
     std::vector<const Shader*> callables;
     uint32_t maxRecursion = 1;
     const Shader* compute = nullptr;

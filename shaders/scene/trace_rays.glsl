@@ -48,7 +48,7 @@ layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
 #endif
 
 #ifndef RAY_MASK
-#define RAY_MASK 0xFFu  // kMaskTriangles: only those
+#define RAY_MASK 0xFFu  // kMaskTriangles, kMaskRound: only those
 #endif
 
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at

@@ -43,8 +43,7 @@ class ProgramRequests : public testing::VulkanTest {
         m_plain.kind = PassKind::Raster;
         m_plain.rayGen = m_plain.compute = m_plain.vertex = m_plain.fragment = m_one;
         m_plain.miss.fill(m_one);
-        m_plain.hitSets.push_back({});
-        m_plain.hitSets[0].fill({m_one, m_one, m_one});
+        m_plain.hitGroups = {{0, RayType::Radiance, m_one, m_one, m_one}};
         m_plain.callables = {m_one};
         m_plain.specialization = {{"kCount", 1}, {"kOther", 2}};
         m_plain.colorFormats = {Format::Rgba8Unorm};
@@ -68,7 +67,9 @@ class ProgramRequests : public testing::VulkanTest {
             {"vertex", [=](ProgramRequest& r) { r.vertex = other; }},
             {"fragment", [=](ProgramRequest& r) { r.fragment = other; }},
             {"no fragment", [=](ProgramRequest& r) { r.fragment = nullptr; }},
-            {"one more hit set", [=](ProgramRequest& r) { r.hitSets.push_back(r.hitSets[0]); }},
+            {"one more hit group", [=](ProgramRequest& r) { r.hitGroups.push_back(r.hitGroups[0]); }},
+            {"hit set", [](ProgramRequest& r) { r.hitGroups[0].hitSet = 1; }},
+            {"ray type", [](ProgramRequest& r) { r.hitGroups[0].rayType = RayType::Shadow; }},
             {"callable", [=](ProgramRequest& r) { r.callables[0] = other; }},
             {"one more callable", [=](ProgramRequest& r) { r.callables.push_back(r.callables[0]); }},
             {"recursion", [](ProgramRequest& r) { r.maxRecursion = 2; }},
@@ -81,13 +82,12 @@ class ProgramRequests : public testing::VulkanTest {
             {"no front", [](ProgramRequest& r) { r.raster.isFrontClockwise = true; }},
             {"no depth is written", [](ProgramRequest& r) { r.raster.writesDepth = false; }},
             {"wireframe", [](ProgramRequest& r) { r.raster.isWireframe = true; }}};
-        for (size_t ray = 0; ray < kRayTypeCount; ++ray) {
+        for (size_t ray = 0; ray < kRayTypeCount; ++ray)
             rows.push_back({"miss", [=](ProgramRequest& r) { r.miss[ray] = other; }});
-            for (const Shader* HitShaders::*stage :
-                 {&HitShaders::closestHit, &HitShaders::anyHit, &HitShaders::intersection})
-                for (const Shader* shader : {other, static_cast<const Shader*>(nullptr)})
-                    rows.push_back({"hit", [=](ProgramRequest& r) { r.hitSets[0][ray].*stage = shader; }});
-        }
+        for (const Shader* HitGroupRequest::*stage :
+             {&HitGroupRequest::closestHit, &HitGroupRequest::anyHit, &HitGroupRequest::intersection})
+            for (const Shader* shader : {other, static_cast<const Shader*>(nullptr)})
+                rows.push_back({"hit", [=](ProgramRequest& r) { r.hitGroups[0].*stage = shader; }});
         AddValues(
             rows, "kind", m_plain.kind, [](auto& r) -> auto& { return r.kind; });
         AddValues(
@@ -121,10 +121,10 @@ void main() { result = kCount + kOther; })");
 };
 
 auto FieldsOf(ProgramRequest& s) {
-    auto& [kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment, specialization,
+    auto& [kind, rayGen, miss, hitGroups, callables, maxRecursion, compute, vertex, fragment, specialization,
            raster, colorFormats, depthFormat] = s;
     auto& [topology, cull, isFrontClockwise, depthCompare, writesDepth, blend, isWireframe] = raster;
-    return std::tie(kind, rayGen, miss, hitSets, callables, maxRecursion, compute, vertex, fragment,
+    return std::tie(kind, rayGen, miss, hitGroups, callables, maxRecursion, compute, vertex, fragment,
                     specialization, topology, cull, isFrontClockwise, depthCompare, writesDepth, blend,
                     isWireframe, colorFormats, depthFormat);
 }

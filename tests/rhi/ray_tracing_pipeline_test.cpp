@@ -295,6 +295,46 @@ TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
               (std::vector<uint32_t>{kUntouched, kUntouched}));
 }
 
+TEST_F(RayTracingPipelineTest, SetsOfTheTable_ShareTheirGroups) {
+    const ShaderStage hit = Compile("record.rchit", R"(
+        layout(shaderRecordEXT, scalar) buffer Record { uint code; };
+        void main() { payload.code = code; })");
+    std::vector<HitGroupSet> sets(2, HitGroupSet(kRayTypeCount));
+    sets[0][RayType::Radiance] = {.closestHit = hit, .recordData = Record({10})};
+    sets[1][RayType::Radiance] = {.closestHit = hit, .recordData = Record({20})};
+    sets[1][RayType::Shadow] = {.closestHit = hit, .recordData = Record({21})};
+    const std::vector<uint32_t> table{1, 0, 0, 1, 0};
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "shared",
+                                            .rayGen = {RayGen(), {}},
+                                            .miss = {{Miss("m", 9), {}}, {Miss("m", 9), {}}},
+                                            .hitSets = sets,
+                                            .tableSets = table});
+    EXPECT_EQ(pipeline.Table().hit.recordCount, 5 * kRayTypeCount);
+
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    const std::vector<VkAabbPositionsKHR> boxes{{-1, -1, -1, 1, 1, 1}};
+    const Buffer buffer = Upload("boxes", boxes, BufferUsage::BuildInput);
+    const std::shared_ptr<Blas> boxBlas =
+        Build({.name = "boxes", .triangles = {}, .aabbs = {{.boxes = buffer.Address(), .boxCount = 1}}});
+    std::vector<TlasInstance> instances;
+    std::vector<TestRay> rays;
+    std::vector<uint32_t> expected;
+    for (uint32_t set = 0; set < table.size(); ++set) {
+        const float x = 10.0f * static_cast<float>(set);
+        instances.push_back(Instance(*blas, x));
+        instances.back().hitRecord = set * kRayTypeCount;
+        rays.insert(rays.end(), {Ray(x, RayType::Radiance), Ray(x, RayType::Shadow)});
+        expected.insert(expected.end(), {table[set] == 1 ? 20u : 10u, table[set] == 1 ? 21u : kUntouched});
+    }
+    instances.push_back(Instance(*boxBlas, -10));
+    instances.back().hitRecord = kRayTypeCount;
+    rays.push_back(Ray(-10, RayType::Shadow));
+    expected.push_back(9);
+    EXPECT_EQ(Codes(Trace(pipeline, BuildTlas(instances), rays)), expected)
+        << "a record without shaders is for triangles and boxes; these are not hit";
+}
+
 TEST_F(RayTracingPipelineTest, SpecializationReachesEveryStage) {
     const std::string head =
         "layout(constant_id = 3) const uint kBase = 1;\nlayout(constant_id = 4) const float kScale = 1;\n";
@@ -380,6 +420,10 @@ TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
     desc.hitSets[0][RayType::Radiance].recordData.resize(Device().Info().maxShaderGroupStride + 1);
     EXPECT_NE(error().find("wrong: shader binding table: a record of"), std::string::npos) << error();
     desc.hitSets.clear();
+
+    desc.tableSets = {0, 1};
+    EXPECT_EQ(error(), "wrong: its table has hit set 1 of 1");
+    desc.tableSets.clear();
 
     desc.callables.resize(1);
     EXPECT_EQ(error(), "wrong: has an empty callable shader");

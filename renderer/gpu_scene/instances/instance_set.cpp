@@ -253,6 +253,27 @@ bool InstanceSet::SetVisible(std::span<const uint32_t> instances, bool isVisible
     return isChanged;
 }
 
+template <typename T>
+void InstanceSet::SetTraced(std::span<const uint32_t> instances, T Instance::*field, T value) {
+    ReserveChanges(instances.size());
+    ForEach(instances, [&](uint32_t index, const Instance& before) {
+        if (before.*field == value) return;
+        m_instances[index].*field = value;
+        // Otherwise the record is written when the instance is shown or placed
+        if (!before.isVisible || before.firstSlot == kUnplaced) return;
+        AddChange(m_dirtyTlasRecords, index);
+        m_needsUpdate = true;
+    });
+}
+
+void InstanceSet::SetHostMask(std::span<const uint32_t> instances, uint8_t mask) {
+    SetTraced(instances, &Instance::hostMask, mask);
+}
+
+void InstanceSet::SetHitSet(std::span<const uint32_t> instances, uint8_t number) {
+    SetTraced(instances, &Instance::hitSet, number);
+}
+
 void InstanceSet::ReserveChanges(size_t count) {
     for (Changes* changes : {&m_dirtyRecords, &m_dirtyTlasRecords, &m_dirtyBoxes})
         ReserveMore(changes->instances, count);
@@ -376,9 +397,11 @@ void InstanceSet::WriteTlasInstance(const Instance& instance, RecordTable::Write
         written.blas = group.BlasAddress();
         // A face keeps its side under a mirroring transform, in Vulkan as in glTF, so that nothing is flipped
         written.isCullingDisabled = !group.kind.isBackCulled;
-        written.hitRecord = FirstHitRecord(group.kind.isRound ? kHitSetCapsules : kHitSetTriangles);
-        written.mask = group.kind.isRound ? static_cast<uint8_t>(~kMaskTriangles) : uint8_t{0xff};
-        if (!instance.isVisible) written.mask = 0;
+        const bool isRound = group.kind.isRound;
+        written.hitRecord =
+            FirstHitRecord(HitSetOf(instance.hitSet, isRound ? kHitSetCapsules : kHitSetTriangles));
+        written.mask = 0;
+        if (instance.isVisible) written.mask = (isRound ? kMaskRound : kMaskTriangles) | instance.hostMask;
         rhi::WriteInstances(std::span(&written, 1), writer.At(instance.firstSlot + i));
     }
 }

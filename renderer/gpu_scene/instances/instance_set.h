@@ -21,6 +21,7 @@
 #include "renderer/gpu_scene/scene_ids.h"
 #include "renderer/gpu_scene/scene_statistics.h"
 #include "rhi/tlas.h"
+#include "shaders/shared/ray_types.h"
 
 namespace raygraph {
 
@@ -78,6 +79,11 @@ class InstanceSet {
     void RestartReach();
     bool SetVisible(std::span<const uint32_t> instances, bool isVisible);  // as SetTransforms
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
+    // These set what only passes of a host see: Version() does not change. On std::bad_alloc nothing has.
+    void SetHostMask(std::span<const uint32_t> instances, uint8_t mask);
+    void SetHitSet(std::span<const uint32_t> instances, uint8_t number);
+    uint8_t HostMask(uint32_t index) const { return m_instances[index].hostMask; }
+    uint8_t HitSet(uint32_t index) const { return m_instances[index].hitSet; }
     // Must be called when a BLAS was built or has moved: every address has to be written again.
     void MarkStructuresChanged() {
         m_needsOrder = true;
@@ -117,6 +123,8 @@ class InstanceSet {
         scene::PlacedTransform objectToWorld;
         bool isVisible = true;
         bool hasLights = false;  // the firstLight of some placement is not 0
+        uint8_t hostMask = kMaskHost;
+        uint8_t hitSet = 0;  // its number: HitSetOf
         uint32_t mesh = 0;
         uint32_t firstPlacement = 0;  // the placements are contiguous, one for each group of the mesh
         // Slot of its first placement in the TLAS; also the leaf with its box.
@@ -160,6 +168,8 @@ class InstanceSet {
     void WriteTlasInstances(bool writesAll, RecordTable::Writer& writer) const;
     // `isSeen`: the change affects the TLAS.
     void MarkInstanceChanged(uint32_t index, bool isSeen);
+    template <typename T>
+    void SetTraced(std::span<const uint32_t> instances, T Instance::*field, T value);
     // Calls visit(index, instance) for each instance. Since they may be far apart in memory, soon(instance)
     // is called some time before, to prefetch.
     template <typename Visit, typename Soon>
