@@ -47,17 +47,18 @@ int main(int argc, char** argv) {
     if (argc != 3) return 2;
     try {
         Host host;
-        const auto device = rhi::Device::Adopt({.instance = host.instance,
-                                                .physicalDevice = host.physicalDevice,
-                                                .device = host.device,
-                                                .queue = host.queue,
-                                                .queueFamily = host.queueFamily,
-                                                .getInstanceProcAddr = vkGetInstanceProcAddr,
-                                                .enabledExtensions = host.extensions});
+        const auto owner = rhi::Device::Adopt({.instance = host.instance,
+                                               .physicalDevice = host.physicalDevice,
+                                               .device = host.device,
+                                               .queue = host.queue,
+                                               .queueFamily = host.queueFamily,
+                                               .getInstanceProcAddr = vkGetInstanceProcAddr,
+                                               .enabledExtensions = host.extensions});
+        rhi::Device& device = *owner;
         const Extent2D size{160, 160};
         host.image = host.MakeImage({size.width, size.height}, host.imageMemory);
-        ShowScene(*device, host.image, size, argv[1], 32);
-        WritePicture(*device, host.image, size, argv[2]);
+        ShowScene(device, host.image, size, argv[1], 32);
+        WritePicture(device, host.image, size, argv[2]);
         return 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
