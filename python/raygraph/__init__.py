@@ -205,7 +205,7 @@ def render(scene, spp=None, size=None, *, aovs=(), denoise=False, seconds=None, 
     seconds, error: ends earlier, after this time, or when Picture.relative_error is reached.
     sample_offset: index of the first sample; pictures of disjoint ranges can be merged.
     exposure: stops; tonemap: an operator by name; white_point: "auto" or kelvin. Of `display` alone.
-    progress: called with a Progress after each sample; if it returns False the render ends with what there is.
+    progress: called with a Progress as samples are added; if it returns False the render ends with what there is.
     device: a Device, or several of one kind; the default one if None.
     settings: every option of `raygraph render` that changes the linear picture, as max_depth=4, seed=1,
         camera="Camera" or look_at(...), background=(1, 1, 1), at=0.5, view="normals".
