@@ -110,7 +110,10 @@ float DecodeComponent(const std::byte* from, Component component) {
 }
 
 void EncodeComponent(std::byte* to, Component component, float value) {
-    const auto scaled = [&](float most) { return std::clamp(std::round(value * most), 0.0f, most); };
+    // Not a number is 0.
+    const auto scaled = [&](float most) {
+        return value > 0.0f ? std::min(std::round(value * most), most) : 0.0f;
+    };
     switch (component) {
         case Component::Unorm8:
             Store(to, static_cast<uint8_t>(scaled(255.0f)));
@@ -125,7 +128,9 @@ void EncodeComponent(std::byte* to, Component component, float value) {
             Store(to, value);
             break;
         case Component::Uint32:
-            Store(to, static_cast<uint32_t>(value));
+            Store(to, !(value > 0.0f)          ? 0u
+                      : value >= 4294967296.0f ? 0xffffffffu
+                                               : static_cast<uint32_t>(value));
             break;
     }
 }
