@@ -14,6 +14,7 @@
 #include "editor/cli/exit_code.h"
 #include "editor/cli/options.h"
 #include "editor/cli/version.h"
+#include "editor/graph_run/graph_file.h"
 #include "editor/session/settings/parse.h"
 
 namespace raygraph::cli {
@@ -86,9 +87,31 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
     return info;
 }
 
-CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
+void AddGraphRun(CLI::App& graph, GraphRunArguments& arguments) {
+    CLI::App* run = graph.add_subcommand("run", "Run a render graph that a JSON file describes");
+    AddOption(*run, "FILE.json", "", "Description of the graph; see docs/graph.md",
+              [&](const std::string& text) { arguments.description = text; })
+        ->required();
+    AddPath(*run, "-o,--output", "FOLDER", "Write the outputs into this folder (the working folder)",
+            arguments.folder);
+    AddOption(
+        *run, "--frames", "N", "Number of frames (that of the description)",
+        [&](const std::string& text) { arguments.frames = ParseCount(text, 1, graph_run::kMaxFrames); });
+    CLI::Option* dot = run->add_flag("--dot", arguments.isDot, "Print the plan for Graphviz");
+    run->add_flag("--plan", arguments.showsPlan, "Print the plan of the last frame")->excludes(dot);
+    run->add_flag("--time", arguments.showsTimes,
+                  "Print each pass with its GPU time, the median of the frames")
+        ->excludes(dot);
+    AddDevice(*run, arguments.device);
+    AddValidate(*run, arguments.isValidating);
+    AddOutput(*run, arguments);
+}
+
+// `run` is a command of its own within this one.
+CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments, GraphRunArguments& run) {
     CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
-    AddScene(*graph, arguments.scene)->required();
+    AddScene(*graph, arguments.scene);  // CLI11 would take `run` for one that is required
+    AddGraphRun(*graph, run);
     AddSettings(*graph, arguments.given,
                 {"size", "camera", "scene", "variant", "at", "clips", "points", "lines", "light"});
     AddRoot(*graph, arguments.root);
@@ -484,17 +507,21 @@ std::string OneLine(std::string text) {
 // word is known.
 std::string DescribeUsageError(CLI::App& app, const CLI::ParseError& error) {
     const ProgramText program = TextsOf(app);
-    const std::vector<CLI::App*> chosen = app.get_subcommands();
+    std::string chosen;  // "graph run"
+    for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+        at = at->get_subcommands().front();
+        chosen += (chosen.empty() ? "" : " ") + at->get_name();
+    }
     std::vector<std::string> known;
     std::string help = program.name;
     if (chosen.empty()) {
         for (const CommandText& command : program.commands) known.push_back(command.name);
     } else {
-        help += " " + chosen.front()->get_name();
+        help += " " + chosen;
     }
     const CommandText* command = nullptr;
     for (const CommandText& candidate : program.commands)
-        if (!chosen.empty() && candidate.name == chosen.front()->get_name()) command = &candidate;
+        if (candidate.name == chosen) command = &candidate;
     for (const OptionText& option : command ? command->options : program.options)
         known.insert(known.end(), option.names.begin(), option.names.end());
     help = " (see " + help + " --help)";
@@ -570,6 +597,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     BenchArguments benchArguments;
     InfoArguments infoArguments;
     GraphArguments graphArguments;
+    GraphRunArguments graphRunArguments;
     ExplainArguments explainArguments;
     MergeArguments mergeArguments;
     DenoiseArguments denoiseArguments;
@@ -579,7 +607,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* render = AddRender(app, renderArguments);
     const CLI::App* bench = AddBench(app, benchArguments);
     const CLI::App* info = AddInfo(app, infoArguments);
-    const CLI::App* graph = AddGraph(app, graphArguments);
+    const CLI::App* graph = AddGraph(app, graphArguments, graphRunArguments);
     const CLI::App* explain = AddExplain(app, explainArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
     const CLI::App* denoise = AddDenoise(app, denoiseArguments);
@@ -595,7 +623,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         for (CLI::App* command : app.get_subcommands({})) SetGroups(*command, showsStudy);
     };
     setGroups(false);
-    for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
+    for (CLI::App* command : app.get_subcommands({})) {
+        command->group("Commands");
+        for (CLI::App* within : command->get_subcommands({})) within->group("Commands");
+    }
 
     try {
         app.parse(static_cast<int>(words.size()), words.data());
@@ -625,7 +656,11 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         CheckInfo(infoArguments);
         return infoArguments;
     }
-    if (*graph) return graphArguments;
+    if (*graph && graph->got_subcommand("run")) return graphRunArguments;
+    if (*graph) {
+        if (graphArguments.scene.empty()) Reject("graph needs a scene, or run (see raygraph graph --help)");
+        return graphArguments;
+    }
     if (*explain) {
         CheckExplain(explainArguments);
         return explainArguments;

@@ -136,6 +136,17 @@ struct GraphArguments : OutputArguments {
     std::string device;
 };
 
+struct GraphRunArguments : OutputArguments {
+    std::filesystem::path description;
+    std::filesystem::path folder;    // of the outputs; "": the working folder
+    std::optional<uint32_t> frames;  // none: those of the description
+    bool showsPlan = false;
+    bool isDot = false;
+    bool showsTimes = false;
+    std::string device;
+    bool isValidating = false;
+};
+
 struct ExplainArguments : OutputArguments {
     std::filesystem::path scene;               // or the .exr of a render, of which the noise is explained
     bool hasPixel = false;                     // with a scene only
@@ -233,8 +244,8 @@ struct ShowText {
 };
 
 using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments,
-                               ExplainArguments, MergeArguments, DenoiseArguments, CompareArguments,
-                               VerifyArguments, EditArguments, ShowText>;
+                               GraphRunArguments, ExplainArguments, MergeArguments, DenoiseArguments,
+                               CompareArguments, VerifyArguments, EditArguments, ShowText>;
 
 // Parses the command line. Throws Error{Usage}, one line that names the option, if it is not valid.
 Arguments ParseArguments(int argc, const char* const* argv);

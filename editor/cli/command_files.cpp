@@ -63,6 +63,10 @@ CommandFiles FilesOf(const GraphArguments& arguments) {
     return {.inputs = {arguments.scene}, .updated = {}, .outputs = {}, .replacing = {}};
 }
 
+CommandFiles FilesOf(const GraphRunArguments& arguments) {
+    return {.inputs = {arguments.description}, .updated = {}, .outputs = {}, .replacing = {}};
+}
+
 CommandFiles FilesOf(const ExplainArguments& arguments) {
     return {.inputs = NonEmpty({arguments.scene, arguments.environment, arguments.settingsFrom}),
             .updated = {},

@@ -25,6 +25,8 @@ CommandFiles FilesOf(const RenderArguments& arguments, const PictureName& name);
 CommandFiles FilesOf(const BenchArguments& arguments);
 CommandFiles FilesOf(const InfoArguments& arguments);
 CommandFiles FilesOf(const GraphArguments& arguments);
+// The outputs are named by the description.
+CommandFiles FilesOf(const GraphRunArguments& arguments);
 CommandFiles FilesOf(const ExplainArguments& arguments);
 CommandFiles FilesOf(const MergeArguments& arguments);
 CommandFiles FilesOf(const DenoiseArguments& arguments);

@@ -38,6 +38,15 @@ std::vector<OptionText> OptionsOf(CLI::App& app) {
     return options;
 }
 
+// Adds the commands of `app`, each before those within it.
+void AddCommands(ProgramText& program, CLI::App& app, const std::string& before) {
+    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+        const std::string name = before + command->get_name();
+        program.commands.push_back({name, command->get_description(), OptionsOf(*command)});
+        AddCommands(program, *command, name + " ");
+    }
+}
+
 }  // namespace
 
 bool OptionText::TakesFile() const {
@@ -76,8 +85,7 @@ const OptionText* CommandText::Positional() const {
 
 ProgramText TextsOf(CLI::App& app) {
     ProgramText program{app.get_name(), app.get_description(), OptionsOf(app), {}};
-    for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
-        program.commands.push_back({command->get_name(), command->get_description(), OptionsOf(*command)});
+    AddCommands(program, app, "");
     return program;
 }
 

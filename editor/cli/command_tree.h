@@ -31,10 +31,11 @@ struct OptionText {
 };
 
 struct CommandText {
-    std::string name;
+    std::string name;  // "graph run": a command within another one
     std::string help;
     std::vector<OptionText> options;
 
+    bool IsWithin() const { return name.find(' ') != std::string::npos; }
     // Returns the positional operand of the command; null: it has none.
     const OptionText* Positional() const;
 };

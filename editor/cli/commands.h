@@ -23,8 +23,10 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console);
 void InfoCommand(const InfoArguments& arguments, Console& console);
 void GraphCommand(const GraphArguments& arguments, Console& console);
 // Returns Failure if one of the outputs could not be written.
+ExitCode GraphRunCommand(const GraphRunArguments& arguments, Console& console);
+// Returns Failure likewise.
 ExitCode ExplainCommand(const ExplainArguments& arguments, Console& console);
-// Returns Failure if one of the outputs could not be written.
+// Returns Failure likewise.
 ExitCode MergeCommand(const MergeArguments& arguments, Console& console);
 // Returns Failure likewise.
 ExitCode DenoiseCommand(const DenoiseArguments& arguments, Console& console);

@@ -33,9 +33,15 @@ std::vector<std::string> NamesOf(const std::vector<OptionText>& options) {
     return names;
 }
 
-std::vector<std::string> NamesOf(const std::vector<CommandText>& commands) {
+// Returns the last words of the commands whose name is `before` and one word: of the program's own for "", of
+// those within graph for "graph ".
+std::vector<std::string> NamesWithin(const ProgramText& program, const std::string& before) {
     std::vector<std::string> names;
-    for (const CommandText& command : commands) names.push_back(command.name);
+    for (const CommandText& command : program.commands) {
+        if (!command.name.starts_with(before)) continue;
+        const std::string last = command.name.substr(before.size());
+        if (last.find(' ') == std::string::npos) names.push_back(last);
+    }
     return names;
 }
 
@@ -77,9 +83,21 @@ _raygraph() {
         before=${COMP_WORDS[COMP_CWORD-2]}
     fi
     COMPREPLY=()
+    # A command may be within another one: "graph run"
     for ((i = 1; i < COMP_CWORD; ++i)); do
-        case ${COMP_WORDS[i]} in
+        case "$command${command:+ }${COMP_WORDS[i]}" in
 )";
+
+// Returns the name as a pattern of a case.
+std::string BashPattern(const CommandText& command) {
+    return command.IsWithin() ? Text("\"{}\"", command.name) : command.name;
+}
+
+std::vector<std::string> BashPatterns(const std::vector<CommandText>& commands) {
+    std::vector<std::string> patterns;
+    for (const CommandText& command : commands) patterns.push_back(BashPattern(command));
+    return patterns;
+}
 
 std::string BashWords(const OptionText& option) {
     if (!option.choices.empty())
@@ -96,27 +114,29 @@ std::string BashWords(const OptionText& option) {
 
 std::string BashScript(const ProgramText& program) {
     std::string script = kBashBegin;
-    script += Text("            {}) command=${{COMP_WORDS[i]}}; break ;;\n",
-                   Joined(NamesOf(program.commands), "|"));
+    script += Text("            {}) command+=${{command:+ }}${{COMP_WORDS[i]}} ;;\n",
+                   Joined(BashPatterns(program.commands), "|"));
     script += "        esac\n    done\n    case $command:$before in\n";
     for (const CommandText& command : program.commands)
         for (const OptionText& option : command.options) {
             if (option.names.empty() || option.operand.empty()) continue;
             std::string pattern;
             for (const std::string& name : option.names)
-                pattern += (pattern.empty() ? "" : "|") + command.name + ":" + name;
+                pattern += Text("{}{}:{}", pattern.empty() ? "" : "|", BashPattern(command), name);
             script += Text("        {}) {}; return ;;\n", pattern, BashWords(option));
         }
     script += "    esac\n    case $command in\n";
     script +=
         Text("        '') _raygraph_words \"$word\" {} ;;\n",
-             Quote(Joined(NamesOf(program.commands)) + " " + Joined(NamesOf(program.options)), Shell::Bash));
+             Quote(Joined(NamesWithin(program, "")) + " " + Joined(NamesOf(program.options)), Shell::Bash));
     for (const CommandText& command : program.commands) {
-        script += Text("        {})\n            if [[ $word == -* ]]; then\n", command.name);
+        script += Text("        {})\n            if [[ $word == -* ]]; then\n", BashPattern(command));
         script += Text("                _raygraph_words \"$word\" {}\n",
                        Quote(Joined(NamesOf(command.options)), Shell::Bash));
         if (const OptionText* positional = command.Positional())
             script += Text("            else\n                {}\n", BashWords(*positional));
+        for (const std::string& within : NamesWithin(program, command.name + " "))
+            script += Text("                [[ {0} != \"$word\"* ]] || COMPREPLY+=({0})\n", within);
         script += "            fi ;;\n";
     }
     return script + "    esac\n}\n\ncomplete -F _raygraph raygraph\n";
@@ -189,7 +209,8 @@ std::string ZshScript(const ProgramText& program) {
         "    local curcontext=\"$curcontext\" state line\n"
         "    local -a commands=(\n";
     for (const CommandText& command : program.commands)
-        script += Text("        {}\n", Quote(command.name + ":" + ZshEscaped(command.help), Shell::Zsh));
+        if (!command.IsWithin())
+            script += Text("        {}\n", Quote(command.name + ":" + ZshEscaped(command.help), Shell::Zsh));
     script += "    )\n    _arguments -C";
     std::string options = ZshOptions(program.options, "        ");
     options.pop_back();
@@ -197,9 +218,19 @@ std::string ZshScript(const ProgramText& program) {
               " \\\n        '1:command:->command' \\\n        '*::argument:->argument'\n"
               "    case $state in\n"
               "        command) _describe command commands ;;\n"
-              "        argument) case $line[1] in\n";
+              "        argument)\n        local name=$line[1]\n";
     for (const CommandText& command : program.commands)
-        script += Text("            {}) _arguments{}                ;;\n", command.name,
+        if (command.IsWithin())
+            script += Text(
+                "        if [[ CURRENT -gt 2 && \"$words[1] $words[2]\" == \"{0}\" ]]; then\n"
+                "            name=\"{0}\"; shift words; (( CURRENT-- ))\n"
+                "        elif [[ CURRENT -eq 2 && $words[1] == {1} ]]; then\n"
+                "            compadd {2}\n        fi\n",
+                command.name, command.name.substr(0, command.name.rfind(' ')),
+                command.name.substr(command.name.rfind(' ') + 1));
+    script += "        case $name in\n";
+    for (const CommandText& command : program.commands)
+        script += Text("            {}) _arguments{}                ;;\n", BashPattern(command),
                        ZshOptions(command.options, "                "));
     // A file in fpath is the function itself, so it must call it; a sourced file only defines it
     return script +
@@ -237,12 +268,20 @@ std::string FishScript(const ProgramText& program) {
         script += line + "\n";
     };
     for (const OptionText& option : program.options) add("__fish_use_subcommand", option);
-    for (const CommandText& command : program.commands)
-        script += Text("complete -c raygraph -n '__fish_use_subcommand' -a {} -d {}\n", command.name,
-                       Quote(command.help, Shell::Fish));
-    for (const CommandText& command : program.commands)
-        for (const OptionText& option : command.options)
-            add("__fish_seen_subcommand_from " + command.name, option);
+    for (const CommandText& command : program.commands) {
+        const size_t space = command.name.rfind(' ');
+        const std::string last = command.name.substr(space + 1);
+        const std::string seen = "__fish_seen_subcommand_from ";
+        script +=
+            Text("complete -c raygraph -n {} -a {} -d {}\n",
+                 Quote(command.IsWithin() ? seen + command.name.substr(0, space) : "__fish_use_subcommand",
+                       Shell::Fish),
+                 last, Quote(command.help, Shell::Fish));
+        std::string condition = seen + last;
+        for (const std::string& within : NamesWithin(program, command.name + " "))
+            condition += "; and not " + seen + within;
+        for (const OptionText& option : command.options) add(condition, option);
+    }
     return script;
 }
 

@@ -32,6 +32,7 @@ ExitCode Run(int argc, const char* const* argv) {
             [](const BenchArguments& arguments) { return RunCommand(arguments, BenchCommand); },
             [](const InfoArguments& arguments) { return Plain(InfoCommand)(arguments); },
             [](const GraphArguments& arguments) { return Plain(GraphCommand)(arguments); },
+            [](const GraphRunArguments& arguments) { return RunCommand(arguments, GraphRunCommand); },
             [](const ExplainArguments& arguments) { return RunCommand(arguments, ExplainCommand); },
             [](const MergeArguments& arguments) { return RunCommand(arguments, MergeCommand); },
             [](const DenoiseArguments& arguments) { return RunCommand(arguments, DenoiseCommand); },

@@ -241,6 +241,27 @@ TEST(Arguments, ExplainTakesAPixelAndItsSamples) {
     ExpectUsage("explain box.gltf --pixel 3,4 --view albedo", "--view");
 }
 
+TEST(Arguments, GraphRunIsACommandWithinGraph) {
+    const auto run = std::get<GraphRunArguments>(
+        Parse("graph run blur.json -o out --frames 8 --plan --time --validate --device 1"));
+    EXPECT_EQ(run.description, "blur.json");
+    EXPECT_EQ(run.folder, "out");
+    EXPECT_EQ(run.frames, 8u);
+    EXPECT_TRUE(run.showsPlan && run.showsTimes && run.isValidating && !run.isDot);
+    EXPECT_EQ(run.device, "1");
+    EXPECT_TRUE(std::get<GraphRunArguments>(Parse("graph run blur.json --dot")).isDot);
+    EXPECT_FALSE(std::get<GraphRunArguments>(Parse("graph run blur.json")).frames);
+    EXPECT_EQ(std::get<GraphArguments>(Parse("graph ./run")).scene, "./run");
+    ExpectUsage("graph", "a scene", "graph --help");
+    ExpectUsage("graph run", "FILE.json", "graph run --help");
+    ExpectUsage("graph run blur.json --frames 0", "--frames");
+    ExpectUsage("graph run blur.json --dot --plan", "--dot", "--plan");
+    ExpectUsage("graph run blur.json --dot --time", "--dot", "--time");
+    ExpectUsage("graph run blur.json --frame 2", "did you mean --frames?", "graph run --help");
+    const std::string help = std::get<ShowText>(Parse("graph --help")).text;
+    EXPECT_NE(help.find("\nCommands:\n  run "), std::string::npos) << help;
+}
+
 TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
     const std::string help = std::get<ShowText>(Parse("render --help-all")).text;
     for (const PictureSetting& setting : PictureSettingTable())

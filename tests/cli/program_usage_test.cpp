@@ -425,6 +425,7 @@ std::map<std::string, std::vector<std::string>> NamesInHelp() {
         if (line.starts_with("  ") && line[2] != ' ')
             commands.push_back(line.substr(2, line.find(' ', 2) - 2));
     EXPECT_GE(commands.size(), 8u) << overview;
+    commands.push_back("graph run");
     const std::regex name("--?[a-z][a-z-]*");
     for (const std::string& command : commands) {
         std::istringstream help(
@@ -478,6 +479,11 @@ try() {
     EXPECT_EQ(completed("raygraph render --log n"), "notes.txt");
     EXPECT_EQ(completed("raygraph edit --shaders \"\""), "shaders");
     EXPECT_EQ(completed("raygraph completion z"), "zsh");
+    EXPECT_EQ(completed("raygraph graph \"\""), "my scene.gltf|run|shaders");
+    EXPECT_EQ(completed("raygraph graph --fi"), "--first");
+    EXPECT_EQ(completed("raygraph graph run --fi"), "");
+    EXPECT_EQ(completed("raygraph graph run --fr"), "--frames");
+    EXPECT_EQ(completed("raygraph graph run --output \"\""), "shaders");
 }
 
 TEST(Completion, EveryShellKnowsEveryOptionOfHelp) {
@@ -491,16 +497,21 @@ TEST(Completion, EveryShellKnowsEveryOptionOfHelp) {
     for (const auto& [command, names] : NamesInHelp()) {
         EXPECT_FALSE(names.empty()) << command;
         // Search only the command's part of the script
-        const size_t inBash = bash.find("\n        " + (command.empty() ? "''" : command) + ")");
-        const size_t inZsh = command.empty() ? 0 : zsh.find("\n            " + command + ") _arguments");
+        const bool isWithin = command.find(' ') != command.npos;
+        const std::string pattern = isWithin ? '"' + command + '"' : command;
+        const size_t inBash = bash.find("\n        " + (command.empty() ? "''" : pattern) + ")");
+        const size_t inZsh = command.empty() ? 0 : zsh.find("\n            " + pattern + ") _arguments");
         ASSERT_TRUE(inBash != std::string::npos && inZsh != std::string::npos) << command;
         const std::string ofBash = bash.substr(inBash, bash.find(";;\n", inBash) - inBash) + " ";
         const std::string ofZsh = zsh.substr(inZsh, zsh.find(";;\n", inZsh) - inZsh);
         for (const std::string& name : names) {
             EXPECT_TRUE(std::regex_search(ofBash, std::regex("[ ']" + name + "[ ']"))) << command << name;
             EXPECT_NE(ofZsh.find(name + "["), std::string::npos) << command << name;
+            const std::string last = command.substr(command.rfind(' ') + 1);
             const std::string condition =
-                command.empty() ? "__fish_use_subcommand" : "__fish_seen_subcommand_from " + command;
+                command.empty() ? "__fish_use_subcommand"
+                                : "__fish_seen_subcommand_from " + last +
+                                      (command == "graph" ? "; and not __fish_seen_subcommand_from run" : "");
             const std::string option =
                 name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
             EXPECT_TRUE(
@@ -530,6 +541,10 @@ TEST(Completion, FishReadsItsScriptAndCompletes) {
     EXPECT_EQ(
         Shell(folder, "fish --no-config -c 'source ./c.fish; complete -C \"raygraph render --view ra\"'"),
         "raster\tWhat the picture shows\nray-cost\tWhat the picture shows\n");
+    EXPECT_EQ(Shell(folder, "fish --no-config -c 'source ./c.fish; complete -C \"raygraph graph --fi\"'"),
+              "--first\tShow the first frame, which uploads and builds the scene, not a later one\n");
+    EXPECT_EQ(Shell(folder, "fish --no-config -c 'source ./c.fish; complete -C \"raygraph graph run --f\"'"),
+              "--frames\tNumber of frames (that of the description)\n");
 }
 
 TEST(Environment, ChoosesTheDeviceWhereNoOptionDoes) {

@@ -13,9 +13,18 @@ Fail() {
     exit 1
 }
 
+Commands() { # COMMAND...
+    "$program" "$@" --help | sed -n '/^Commands:$/,/^$/s/^  \([a-z]*\) .*/\1/p'
+}
+
+commands=('')
+for command in $(Commands); do
+    commands+=("$command")
+    for within in $(Commands "$command"); do commands+=("$command $within"); done
+done
 count=0
-for command in '' $("$program" --help | sed -n '/^Commands:$/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
-    name=raygraph${command:+-$command}
+for command in "${commands[@]}"; do
+    name=raygraph${command:+-${command/ /-}}
     [[ -s $pages/$name.1.gz ]] || Fail "there is no $name.1.gz"
     text=$(gunzip -c -- "$pages/$name.1.gz" | groff -man -ww -K utf8 -T utf8 -P -c 2>"$prefix/warnings" | sed $'s/.\b//g' | tr -s ' ')
     [[ ! -s $prefix/warnings ]] || Fail "$name.1: $(<"$prefix/warnings")"

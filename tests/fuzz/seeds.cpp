@@ -31,6 +31,7 @@ std::vector<Seed> Seeds(const Target& target, bool withAssets) {
     if (name == "environment") seeds = EnvironmentSeeds();
     if (name == "light_profiles") seeds = ProfileSeeds();
     if (name == "render_file") seeds = RenderFileSeeds();
+    if (name == "graph_files") seeds = GraphFileSeeds();
     if (name == "scripts") seeds = ScriptSeeds();
     if (name == "settings") seeds = SettingsSeeds();
     if (name == "texts") seeds = TextSeeds();

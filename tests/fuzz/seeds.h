@@ -27,5 +27,6 @@ std::vector<Seed> ProfileSeeds();
 std::vector<Seed> ScriptSeeds();
 std::vector<Seed> SettingsSeeds();
 std::vector<Seed> TextSeeds();
+std::vector<Seed> GraphFileSeeds();
 
 }  // namespace raygraph::fuzz

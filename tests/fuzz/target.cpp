@@ -20,6 +20,7 @@ constexpr std::array kTargets{
     Target{"settings", RunSettings, 4096, nullptr, true},
     Target{"texts", RunTexts, 2048},
     Target{"scripts", RunScripts, 2048},
+    Target{"graph_files", RunGraphFiles, 4096},
 };
 
 }  // namespace

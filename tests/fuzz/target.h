@@ -53,6 +53,7 @@ void RunRenderFile(Input input);
 void RunSettings(Input input);
 void RunTexts(Input input);
 void RunScripts(Input input);
+void RunGraphFiles(Input input);
 // Repair functions.
 void RepairGlb(Bytes& file);
 void RepairPng(Bytes& file);

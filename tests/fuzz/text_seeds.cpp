@@ -55,6 +55,17 @@ std::vector<Seed> ScriptSeeds() {
                  "expect samples-above 0\n")};
 }
 
+std::vector<Seed> GraphFileSeeds() {
+    return {Text("whole", R"({"textures": {"a": {"file": "a.png", "format": "rgba8"},
+"b": {"size": "a", "layers": 3}, "c": {"size": [64, 32], "persistent": true, "file": "c.bin"}},
+"buffers": {"d": {"bytes": 1024}, "e": {"file": "e.bin"}},
+"passes": [{"shader": "a.comp", "bind": {"x": "a", "y": "d"}, "push": {"p": [1, 0.5], "f": "frame"},
+"specialize": {"N": 3}, "dispatch": "a", "queue": "compute"}, {"shader": "a.comp", "dispatch": [1, 2, 3]},
+{"name": "z", "shader": "b.frag", "targets": ["b"]}],
+"outputs": {"a.png": "b", "b.bin": "d", "c.exr": {"texture": "b", "layer": 2}}, "frames": 4})"),
+            Text("small", R"({"passes": [], "outputs": {"a.bin": "b"}, "buffers": {"b": {"bytes": 4}}})")};
+}
+
 // The first byte selects a kind of RunTexts.
 std::vector<Seed> TextSeeds() {
     return {

@@ -1,5 +1,5 @@
 // Fuzzes text that users and programs write: the command line, the editor's settings, lines of `raygraph
-// bench`.
+// bench`, graphs in JSON.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -9,6 +9,7 @@
 #include "editor/app/settings.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/bench_compare.h"
+#include "editor/graph_run/graph_file.h"
 #include "editor/session/file/sample_ranges.h"
 #include "editor/session/settings/setting_table.h"
 #include "renderer/scene/model/camera_view.h"
@@ -128,6 +129,39 @@ void RunScripts(Input input) {
                     "a line is read as another: " + line.text);
         }
     });
+}
+
+// What is read refers to resources that are there, and to files below its folder.
+void RunGraphFiles(Input input) {
+    graph_run::GraphFile graph;
+    const auto read = [&] { graph = graph_run::ParseGraphFile(AsText(input), "graph"); };
+    if (!Succeeds("graph: ", {ErrorKind::BadInput}, read)) return;
+    const auto requireBelow = [](const std::filesystem::path& file) {
+        Require(file.is_relative() && (file.empty() || *file.begin() != ".."),
+                "a file leads out of its folder");
+    };
+    const auto isThere = [&](const std::string& name) {
+        return graph.textures.contains(name) || graph.buffers.contains(name);
+    };
+    for (const auto& [name, texture] : graph.textures) {
+        requireBelow(texture.file);
+        const auto bytes = graph_run::TextureBytes(texture.format, texture.size, texture.layers);
+        Require(bytes <= graph_run::kMaxResourceBytes, "a texture is larger than any may be");
+        Require(texture.sizeOf.empty() || graph.textures.contains(texture.sizeOf), "a size is of no texture");
+    }
+    for (const auto& [name, buffer] : graph.buffers) requireBelow(buffer.file);
+    for (const graph_run::FilePass& pass : graph.passes) {
+        requireBelow(pass.shader);
+        for (const auto& [name, resource] : pass.bind)
+            Require(isThere(resource), "what is bound is not there");
+        for (const std::string& target : pass.targets)
+            Require(graph.textures.contains(target), "a target is not there");
+    }
+    for (const graph_run::FileOutput& output : graph.outputs) {
+        Require(isThere(output.resource), "an output is not there");
+        Require(output.file.find('/') == output.file.npos, "an output leads into a folder");
+    }
+    Require(!graph.outputs.empty() && graph.frames > 0, "there is nothing to do");
 }
 
 void RunSettings(Input input) {

@@ -76,7 +76,8 @@ CheckLayers() {
     MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
     MayInclude editor/session/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/session/"
     MayInclude editor/app/ "$lower|shaders/core/|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
-    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
+    MayInclude editor/graph_run/ 'base/|rhi/|renderer/image/|renderer/graph/|editor/graph_run/'
+    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/graph_run/|editor/viewport/view_settings.h|editor/viewport/viewport.h|editor/app/edit.h|editor/cli/"
     MayInclude c/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/viewport/|c/"
     MayInclude python/ "$lower|rhi/|renderer/|passes/|editor/session/|python/"
     MayNotInclude 'renderer/scene/(model|animation|geometry|formats)/' 'renderer/scene/gltf/'

@@ -13,7 +13,7 @@ MakeCleanTree() {
     rm -rf -- "${tree:?}"/*
     local folder
     for folder in base rhi renderer renderer/image renderer/scene renderer/graph renderer/gpu_scene passes shaders \
-        editor/viewport editor/session editor/app editor/cli c python tests; do
+        editor/viewport editor/session editor/graph_run editor/app editor/cli c python tests; do
         mkdir -p "$tree/$folder"
         echo "# $folder" >"$tree/$folder/README.md"
         printf '// Threads: any.\n#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
@@ -68,6 +68,8 @@ Expect layer editor/viewport/b.cpp '#include "editor/app/app.h"'
 Expect layer editor/viewport/b.cpp '#include "editor/session/session.h"'
 Expect layer editor/session/b.cpp '#include "editor/viewport/viewport.h"'
 Expect layer editor/session/b.cpp '#include "editor/cli/progress.h"'
+Expect layer editor/graph_run/b.cpp '#include "editor/session/session.h"'
+Expect quiet editor/cli/b.cpp '#include "editor/graph_run/graph_run.h"'
 Expect layer editor/app/b.cpp '#include "editor/cli/main.h"'
 Expect layer editor/cli/b.cpp '#include "editor/app/app.h"'
 Expect quiet editor/app/b.cpp '#include "editor/session/session.h"'
