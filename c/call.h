@@ -17,6 +17,9 @@
 
 namespace raygraph::c {
 
+// Thrown by a call that a callback of the host has ended without a result.
+struct Stopped {};
+
 // Keeps the exception that is being handled as the last error of the thread, and returns its result.
 RgResult KeepError() noexcept;
 

@@ -1,11 +1,15 @@
 // Devices: the library's own, and those of a host.
+#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "c/call.h"
 #include "c/handles.h"
+#include "editor/session/binding/interruptible.h"
 #include "rhi/device.h"
 #include "rhi/device_requirements.h"
+#include "rhi/memory_allocator.h"
 
 using raygraph::ErrorKind;
 using raygraph::MakeError;
@@ -64,6 +68,71 @@ rhi::Submission SubmissionOf(const Call& call, const RgToken& token) {
         call.Refuse(Text("token.queue is {}: there is no such queue", token.queue));
     return {token.value, static_cast<rhi::QueueKind>(token.queue)};
 }
+
+// The allocator of a host.
+class HostMemory final : public rhi::MemoryAllocator {
+  public:
+    explicit HostMemory(const RgMemoryAllocator& host) : m_host(host) {}
+
+    VkResult CreateBuffer(const VkBufferCreateInfo& info, const rhi::MemoryRequest& request, VkBuffer& buffer,
+                          rhi::MemoryAllocation& memory) override {
+        return Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+            return m_host.create_buffer(m_host.user, &info, &wanted, &buffer, &made);
+        });
+    }
+    VkResult CreateImage(const VkImageCreateInfo& info, const rhi::MemoryRequest& request, VkImage& image,
+                         rhi::MemoryAllocation& memory) override {
+        return Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+            return m_host.create_image(m_host.user, &info, &wanted, &image, &made);
+        });
+    }
+    VkResult Allocate(const VkMemoryRequirements& requirements, const rhi::MemoryRequest& request,
+                      rhi::MemoryAllocation& memory) override {
+        return Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+            return m_host.allocate(m_host.user, &requirements, &wanted, &made);
+        });
+    }
+    void Free(const rhi::MemoryAllocation& memory) noexcept override {
+        const RgMemory freed{sizeof(RgMemory), memory.memoryType, memory.memory, memory.offset,
+                             memory.size,      memory.mapped,     memory.handle};
+        m_host.free(m_host.user, &freed);
+    }
+
+  private:
+    template <typename Call>
+    VkResult Ask(const rhi::MemoryRequest& request, rhi::MemoryAllocation& memory, Call&& call) const {
+        static_assert(RG_MEMORY_DEVICE == static_cast<int>(rhi::MemoryKind::Device) &&
+                      RG_MEMORY_UPLOAD == static_cast<int>(rhi::MemoryKind::Upload) &&
+                      RG_MEMORY_READBACK == static_cast<int>(rhi::MemoryKind::Readback));
+        RgMemoryRequest wanted{};
+        wanted.struct_size = sizeof wanted;
+        wanted.kind = static_cast<RgMemoryKind>(request.kind);
+        wanted.name = request.name;
+        wanted.alignment = request.alignment;
+        wanted.must_be_device_local = request.mustBeDeviceLocal;
+        wanted.is_only_copied = request.isOnlyCopied;
+        wanted.is_dedicated = request.isDedicated;
+        RgMemory made{};
+        made.struct_size = sizeof made;
+        const auto result = static_cast<VkResult>(call(wanted, made));
+        if (result == VK_SUCCESS)
+            memory = {.memory = made.memory,
+                      .offset = made.offset,
+                      .size = made.size,
+                      .memoryType = made.memory_type,
+                      .mapped = static_cast<std::byte*>(made.mapped),
+                      .handle = made.handle};
+        return result;
+    }
+
+    RgMemoryAllocator m_host;
+};
+
+// A device with the allocator that it uses until it is gone.
+struct HostedDevice {
+    std::optional<HostMemory> memory;
+    std::unique_ptr<rhi::Device> device;
+};
 
 }  // namespace
 
@@ -157,13 +226,23 @@ RgResult rg_device_adopt(const RgAdoptDesc* desc, RgDevice** device) {
         if (given.frames_in_flight != 0) adopted.framesInFlight = given.frames_in_flight;
         adopted.savePipelineCache = given.cache_directory != nullptr;
         adopted.cacheDirectory = raygraph::c::TextOr(given.cache_directory);
-        auto made = std::make_unique<RgDevice>(rhi::Device::Adopt(adopted));
+        const auto hosted = std::make_shared<raygraph::c::HostedDevice>();
+        if (given.allocator != nullptr) {
+            const RgMemoryAllocator allocator = call.Read(given.allocator, "desc.allocator");
+            if (allocator.create_buffer == nullptr || allocator.create_image == nullptr ||
+                allocator.allocate == nullptr || allocator.free == nullptr)
+                call.Refuse("desc.allocator lacks one of its four functions");
+            adopted.memoryAllocator = &hosted->memory.emplace(allocator);
+        }
+        hosted->device = rhi::Device::Adopt(adopted);
+        auto made = std::make_unique<RgDevice>(std::shared_ptr<rhi::Device>(hosted, hosted->device.get()));
         made->device->LimitMemory(given.memory_limit);
         *device = made.release();
     });
 }
 
 void rg_device_destroy(RgDevice* device) {
+    if (device != nullptr) raygraph::session::WaitForAbandonedWork();
     delete device;
 }
 

@@ -58,6 +58,8 @@ RgResult KeepError() noexcept {
         throw;
     } catch (const Error& error) {
         return Keep(ResultOf(error.Kind()), error.what(), error.Result());
+    } catch (const Stopped&) {
+        return Keep(RG_ERROR_STOPPED, "a callback has ended the call before there was a result");
     } catch (const std::bad_alloc&) {
         return Keep(RG_ERROR_OUT_OF_MEMORY, "host memory is exhausted");
     } catch (const std::length_error&) {

@@ -1,10 +1,14 @@
 // Rendering offline, and the pictures.
+#include <chrono>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "c/call.h"
 #include "c/handles.h"
 #include "editor/session/denoise.h"
+#include "editor/session/file/merge.h"
 #include "editor/session/settings/parse.h"
 
 using raygraph::ErrorKind;
@@ -52,7 +56,7 @@ RgChannel ChannelOf(const RgPicture& of, const session::PictureChannel& channel)
 const image::Image8& DisplayOf(const Call& call, RgPicture& of, const RgDevice* device) {
     std::optional<image::Image8>& display = of.picture.display;
     if (!display) {
-        if (device == nullptr) call.Refuse("device is NULL, and the picture was read from a file");
+        if (device == nullptr) call.Refuse("device is NULL, and the picture was read or merged");
         display = session::ShowRender(*device->device, of.picture.render);
     }
     return *display;
@@ -73,15 +77,39 @@ RgResult rg_render(RgDevice* device, RgScene* scene, const RgSettings* settings,
         if (!request.samples && !request.seconds && !request.relativeError)
             request.samples = raygraph::c::kDefaultSamples;
         session::PlannedPicture planned = session::PlanPicture(of, std::move(options.settings), request);
-        bool isStopped = false;
-        raygraph::rhi::Device* const pointer = on.get();
-        *picture = raygraph::c::Keep(session::Render(
-            {&pointer, 1}, std::move(planned), [&] { return isStopped; },
-            [&](const session::ProgressState& state) {
-                if (progress == nullptr) return;
-                const RgProgress now = raygraph::c::ToProgress(state);
-                if (!progress(user, &now)) isStopped = true;
-            }));
+        const auto tell = [&](const session::ProgressState& state) {
+            const RgProgress now = raygraph::c::ToProgress(state);
+            return progress(user, &now);
+        };
+        session::ProgressState state{.samplesWanted = planned.rule.samples};
+        auto told = std::chrono::steady_clock::now();
+        const auto isStopRequested = [&] {
+            constexpr auto kInterval = std::chrono::milliseconds(100);
+            const auto now = std::chrono::steady_clock::now();
+            if (progress == nullptr || state.samplesDone > 0 || now - told < kInterval) return false;
+            told = now;
+            return !tell(state);
+        };
+        std::function<bool(const session::ProgressState&)> goesOn;
+        if (progress != nullptr)
+            goesOn = [&](const session::ProgressState& after) { return tell(state = after); };
+        std::optional<session::FinishedPicture> made =
+            session::Render({on}, std::move(planned), isStopRequested, goesOn);
+        if (!made) throw raygraph::c::Stopped{};
+        *picture = raygraph::c::Keep(std::move(*made));
+    });
+}
+
+RgResult rg_merge(const RgPicture* const* pictures, uint32_t count, RgPicture** merged) {
+    return Guarded("rg_merge", [&](const Call& call) {
+        call.Required(merged, "merged");
+        session::Merger merger;
+        for (uint32_t i = 0; i < count; ++i) {
+            const std::string name = raygraph::Text("pictures[{}]", i);
+            const RgPicture* part = (&call.Required(pictures, "pictures"))[i];
+            merger.Add({name, call.Required(part, name.c_str()).picture.render});
+        }
+        *merged = raygraph::c::Keep({.render = merger.Take(), .display = {}});
     });
 }
 

@@ -53,6 +53,11 @@ typedef struct VkQueue_T* VkQueue;
 typedef struct VkCommandBuffer_T* VkCommandBuffer;
 typedef struct VkImage_T* VkImage;
 typedef struct VkSemaphore_T* VkSemaphore;
+typedef struct VkBuffer_T* VkBuffer;
+typedef struct VkDeviceMemory_T* VkDeviceMemory;
+typedef struct VkBufferCreateInfo VkBufferCreateInfo;
+typedef struct VkImageCreateInfo VkImageCreateInfo;
+typedef struct VkMemoryRequirements VkMemoryRequirements;
 typedef void (*PFN_vkVoidFunction)(void);
 typedef PFN_vkVoidFunction (*PFN_vkGetInstanceProcAddr)(VkInstance instance, const char* name);
 
@@ -80,6 +85,7 @@ enum {
     RG_ERROR_DEVICE_LOST = 6,    // the device stopped; destroy all that was made with it
     RG_ERROR_VULKAN = 7,         // any other call of Vulkan failed: rg_last_vk_result
     RG_ERROR_INTERNAL = 8,       // a fault of the library
+    RG_ERROR_STOPPED = 9,        // a callback has ended the call before there was a result
 };
 
 // Returns the line of the last error of the calling thread, "" before the first one. It is valid until the
@@ -129,6 +135,7 @@ typedef struct RgDeviceDesc {
 
 // Creates a device of the library's own. `desc` may be NULL.
 RG_API RgResult rg_device_create(const RgDeviceDesc* desc, RgDevice** device);
+// Waits for what renders that were stopped have left behind (RgProgressCallback).
 RG_API void rg_device_destroy(RgDevice* device);
 
 // Says what a host's VkDevice has to have. RG_ERROR_NO_DEVICE for a physical device that cannot be used: the
@@ -173,6 +180,57 @@ typedef struct RgDeviceSetup {
 } RgDeviceSetup;
 RG_API RgResult rg_requirements_get(const RgRequirements* requirements, RgDeviceSetup* setup);
 
+typedef uint32_t RgMemoryKind;
+enum {
+    RG_MEMORY_DEVICE = 0,    // fast on the device, not mapped
+    RG_MEMORY_UPLOAD = 1,    // mapped, written by the CPU in order, read by the device
+    RG_MEMORY_READBACK = 2,  // mapped and cached, written by the device, read by the CPU
+};
+
+// Describes the memory of one resource, or of a block that several share.
+typedef struct RgMemoryRequest {
+    uint32_t struct_size;
+    // Mapped kinds need memory that is host-visible and host-coherent. RG_MEMORY_DEVICE should be
+    // device-local, but may be other memory when that is full.
+    RgMemoryKind kind;
+    const char* name;               // of the resource or block; it lives as long as the call
+    uint64_t alignment;             // bytes, beside the alignment of the requirements
+    uint32_t must_be_device_local;  // 1: never other memory
+    uint32_t is_only_copied;  // 1: no shader accesses it, so that mapped memory need not be near the device
+    uint32_t is_dedicated;    // 1: it is large and lives long: an allocation of its own
+    uint32_t reserved;
+} RgMemoryRequest;
+
+typedef struct RgMemory {
+    uint32_t struct_size;
+    uint32_t memory_type;  // its index in VkPhysicalDeviceMemoryProperties
+    VkDeviceMemory memory;
+    uint64_t offset;  // bytes in `memory`
+    uint64_t size;    // bytes
+    void* mapped;     // where the CPU sees it, of mapped kinds
+    void* handle;     // for the host's own use
+} RgMemory;
+
+// Gives the memory of a host that manages all of it. Called from any thread, several at once. The first three
+// return the VkResult of the call that failed, and have then created nothing. They fill `memory`, which is zero
+// but for its struct_size. Memory of buffers and blocks is allocated with
+// VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT.
+typedef struct RgMemoryAllocator {
+    uint32_t struct_size;
+    uint32_t reserved;
+    void* user;
+    // Create the resource, and bind memory to it. The library destroys it before it frees the memory, both
+    // without VkAllocationCallbacks.
+    int32_t (*create_buffer)(void* user, const VkBufferCreateInfo* info, const RgMemoryRequest* request,
+                             VkBuffer* buffer, RgMemory* memory);
+    int32_t (*create_image)(void* user, const VkImageCreateInfo* info, const RgMemoryRequest* request,
+                            VkImage* image, RgMemory* memory);
+    // Allocates a block, to which the library binds images and buffers at its offset.
+    int32_t (*allocate)(void* user, const VkMemoryRequirements* requirements, const RgMemoryRequest* request,
+                        RgMemory* memory);
+    void (*free)(void* user, const RgMemory* memory);
+} RgMemoryAllocator;
+
 // The objects of a host, which outlive the device and all that is made with it.
 typedef struct RgAdoptDesc {
     uint32_t struct_size;
@@ -199,6 +257,8 @@ typedef struct RgAdoptDesc {
     const char* cache_directory;  // of pipelines; NULL: none is kept
     uint64_t memory_limit;        // bytes of device memory that may be used; 0: no limit
     RgLog log;
+    // Copied; what it points to outlives the device. NULL: the library allocates device memory itself.
+    const RgMemoryAllocator* allocator;
 } RgAdoptDesc;
 // RG_ERROR_NO_DEVICE names what the host's device lacks.
 RG_API RgResult rg_device_adopt(const RgAdoptDesc* desc, RgDevice** device);
@@ -372,13 +432,19 @@ typedef struct RgProgress {
     double relative_error;      // below 0: not known
     double seconds_left;        // below 0: not known
 } RgProgress;
-// Is called on the thread in rg_render, after each sample. False ends the render with what there is.
+// Is called on the thread in rg_render: some times a second, with 0 samples, until there is one, and after each
+// sample. False ends the render with what there is; without a sample the call returns RG_ERROR_STOPPED at once,
+// and what cannot be ended, such as a shader that the driver compiles, goes on on another thread, until
+// rg_device_destroy has waited for it.
 typedef bool (*RgProgressCallback)(void* user, const RgProgress* progress);
 
 // Renders a picture with the bits of `raygraph render` on the same device. `settings` may be NULL; without
 // "spp", "time" and "error" it has 64 samples. `progress` may be NULL. It waits for the picture.
 RG_API RgResult rg_render(RgDevice* device, RgScene* scene, const RgSettings* settings,
                           RgProgressCallback progress, void* user, RgPicture** picture);
+// Merges pictures of different samples of one picture: the result has the bits of one render of all of them.
+// RG_ERROR_BAD_INPUT names the first difference.
+RG_API RgResult rg_merge(const RgPicture* const* pictures, uint32_t count, RgPicture** merged);
 // Reads an .exr that rg_picture_save or `raygraph render` has written.
 RG_API RgResult rg_picture_read(const char* path, RgPicture** picture);
 RG_API void rg_picture_destroy(RgPicture* picture);
@@ -390,7 +456,7 @@ typedef struct RgPictureInfo {
     uint32_t was_stopped;  // 1: by the progress callback
     uint64_t samples;
     double relative_error;  // standard error of a pixel over the picture's mean; below 0: not known
-    double seconds;         // of sampling; 0 for a picture that was read
+    double seconds;         // of sampling; 0 for a picture that was read or merged
 } RgPictureInfo;
 RG_API RgResult rg_picture_get_info(const RgPicture* picture, RgPictureInfo* info);
 
@@ -417,8 +483,8 @@ RG_API const char* rg_picture_channel_name(const RgPicture* picture, uint32_t in
 // made again, the latter as for a picture that was read, and channels that were asked for before are gone.
 // `denoiser` may be NULL: the default. RG_ERROR_BAD_INPUT for a picture that cannot be denoised.
 RG_API RgResult rg_picture_denoise(RgPicture* picture, RgDevice* device, const char* denoiser);
-// The picture as a screen shows it: sRGB, 4 RG_UINT8 a pixel. Of a picture that was read it is made by
-// `device`, which may be NULL for others.
+// The picture as a screen shows it: sRGB, 4 RG_UINT8 a pixel. Of a picture that was read or merged it is made
+// by `device`, which may be NULL for others.
 RG_API RgResult rg_picture_display(RgPicture* picture, RgDevice* device, RgChannel* channel);
 // Writes a .png or .jpg of the display, an .exr with all channels that can be resumed and merged, or an .hdr.
 // The file appears whole or not at all. `device` as of rg_picture_display.
@@ -430,6 +496,33 @@ RG_API RgResult rg_picture_save(RgPicture* picture, RgDevice* device, const char
 // text with rg_text_free.
 RG_API RgResult rg_explain(RgDevice* device, RgScene* scene, const RgSettings* settings, uint32_t x,
                            uint32_t y, char** text);
+
+// A picture to be compared: one of the three.
+typedef struct RgCompared {
+    uint32_t struct_size;
+    uint32_t reserved;
+    const RgPicture* picture;
+    const char* path;        // .exr, .hdr or .png
+    const RgPixels* pixels;  // linear radiance (float), whose noise is not known
+} RgCompared;
+// The numbers of `raygraph compare`.
+typedef struct RgDifference {
+    uint32_t struct_size;
+    uint32_t has_noise;            // 1: the variance of a picture is known; 0: those that begin with z_ are 0
+    double relative_mse;           // mean of (picture - reference)^2 / (reference^2 + 0.01)
+    double relative_mse_of_noise;  // what the known noise adds to it
+    double flip;
+    double ssim;
+    double mean_of_reference[3];  // linear
+    double mean[3];
+    double z_rms;                      // difference over noise; 1 where noise is all that there is
+    double z_beyond_three;             // share beyond 3; 0.0027 then
+    double z_of_mean[3];               // of the mean over the picture
+    uint64_t z_differs_without_noise;  // values that differ although neither picture has noise there
+} RgDifference;
+// Compares two pictures of one size. FLIP and SSIM see them with this exposure, in stops.
+RG_API RgResult rg_compare(RgDevice* device, const RgCompared* reference, const RgCompared* picture,
+                           float exposure, RgDifference* difference);
 
 typedef struct RgVerifyDesc {
     uint32_t struct_size;

@@ -240,9 +240,7 @@ RgResult rg_scene_add_camera(RgScene* scene, uint32_t node, const char* name, ui
         RgScene& to = call.Required(scene, "scene");
         call.Required(camera, "camera");
         raygraph::c::NodeAt(call, to, node);
-        std::vector<scene::Camera>& cameras = to.scene.Edit().cameras;
-        cameras.push_back({.name = TextOr(name), .node = node});
-        *camera = static_cast<uint32_t>(cameras.size() - 1);
+        *camera = session::AddCamera(to.scene, node, scene::Projection::Perspective, TextOr(name));
     });
 }
 

@@ -4,7 +4,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <cstring>
-#include <exception>
 #include <optional>
 
 #include "base/text.h"
@@ -75,18 +74,19 @@ py::dict ToDict(const PictureDifference& difference, Extent2D size) {
 
 py::dict Compare(const py::tuple& reference, const py::tuple& picture, float exposureEv,
                  const DevicePtr& chosen) {
-    const session::Picture a = PictureFrom(reference), b = PictureFrom(picture);
+    session::Picture a = PictureFrom(reference), b = PictureFrom(picture);
     const DevicePtr device = DeviceOrDefault(chosen);
-    return ToDict(WithoutGil([&] {
+    const Extent2D size = b.size;
+    return ToDict(Interruptibly([device, exposureEv, a = std::move(a), b = std::move(b)](Caller&) {
                       Renderer renderer(*device);
                       return Difference(renderer, a, b, exposureEv);
                   }),
-                  b.size);
+                  size);
 }
 
 py::dict VerifyPicture(Scene& scene, const py::tuple& given, const SettingTexts& texts, double tolerance,
                        uint32_t maxSamples, const std::filesystem::path& cache, const DevicePtr& chosen) {
-    const session::Picture picture = PictureFrom(given);
+    session::Picture picture = PictureFrom(given);
     VerifyDesc desc{.settings = SettingsFor(scene, texts)};
     if (!texts.contains("size")) desc.settings.size = picture.size;
     desc.tolerance.relative = tolerance;
@@ -94,29 +94,16 @@ py::dict VerifyPicture(Scene& scene, const py::tuple& given, const SettingTexts&
     desc.minSamples = std::min(desc.minSamples, maxSamples);
     desc.cache = cache;
     desc.log = LogToPython();
-    std::exception_ptr raised;
-    desc.isStopRequested = [&] {
-        if (raised) return true;
-        const py::gil_scoped_acquire acquired;
-        try {
-            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        } catch (...) {
-            raised = std::current_exception();
-        }
-        return raised != nullptr;
-    };
     scene.Update();
-    SceneInput input = scene.InputFor(desc.settings.at.has_value());
     const DevicePtr device = DeviceOrDefault(chosen);
-    VerifyResult verified;
-    try {
-        verified = WithoutGil([&] { return Verify(*device, std::move(input), desc).Check(picture); });
-    } catch (const Error&) {
-        if (raised) std::rethrow_exception(raised);  // it was stopped
-        throw;
-    }
-    if (raised) std::rethrow_exception(raised);  // the diagnosis was stopped
-    py::dict result = ToDict(verified.verdict.difference, picture.size);
+    const Extent2D size = picture.size;
+    const VerifyResult verified =
+        Interruptibly([device, input = scene.InputFor(desc.settings.at.has_value()), desc = std::move(desc),
+                       picture = std::move(picture)](Caller& caller) mutable {
+            desc.isStopRequested = [&] { return caller.IsStopRequested(); };
+            return Verify(*device, std::move(input), std::move(desc)).Check(picture);
+        });
+    py::dict result = ToDict(verified.verdict.difference, size);
     result["is_right"] = verified.verdict.isRight;
     result["is_decided"] = verified.verdict.isDecided;
     result["reference_samples"] = verified.referenceSamples;
@@ -153,10 +140,11 @@ py::dict ExplainPixel(Scene& scene, std::array<uint32_t, 2> pixel, const Setting
                                  .firstSample = firstSample,
                                  .sampleCount = sampleCount};
     scene.Update();
-    SceneInput input = scene.InputFor(settings.at.has_value());
     const DevicePtr device = DeviceOrDefault(chosen);
-    const auto explained = std::make_shared<Explanation>(
-        WithoutGil([&] { return Explain(*device, std::move(input), settings, request); }));
+    const auto explained = std::make_shared<Explanation>(Interruptibly(
+        [device, input = scene.InputFor(settings.at.has_value()), settings, request](Caller&) mutable {
+            return Explain(*device, std::move(input), settings, request);
+        }));
     py::dict result;
     result["text"] = py::bytes(Describe(*explained)).attr("decode")("utf-8", "replace");
     result["mean"] = py::make_tuple(explained->mean.x, explained->mean.y, explained->mean.z);

@@ -6,7 +6,9 @@
 #include <pybind11/pybind11.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,6 +18,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "editor/session/binding/edited_scene.h"
+#include "editor/session/binding/interruptible.h"
 #include "rhi/device.h"
 
 namespace raygraph::python {
@@ -38,6 +41,65 @@ auto WithoutGil(Run&& run) {
     } sender;
     const py::gil_scoped_release released;
     return std::forward<Run>(run)();
+}
+
+// Asks Python during a call whether a signal has come, as Ctrl-C. What a question raises ends the call, and is
+// raised after it. Each question takes the GIL, which its thread does not hold.
+class Listener {
+  public:
+    template <typename Question>
+    void Ask(Question&& question) {
+        if (m_raised) return;
+        const py::gil_scoped_acquire acquired;
+        SendMessages();
+        try {
+            question();
+        } catch (...) {
+            m_raised = std::current_exception();
+        }
+    }
+    bool IsStopRequested() {
+        // Often enough for a person, and rarely enough not to wait for other Python threads all the time.
+        constexpr auto kInterval = std::chrono::milliseconds(20);
+        const auto now = std::chrono::steady_clock::now();
+        if (now - m_asked > kInterval) {
+            m_asked = now;
+            Ask([] {
+                if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            });
+        }
+        return m_raised != nullptr;
+    }
+    // Returns the result of `run`, which returns none where it was stopped. Throws what was raised instead.
+    template <typename Run>
+    auto ResultOf(Run&& run) {
+        decltype(run()) result;
+        try {
+            result = WithoutGil(std::forward<Run>(run));
+        } catch (...) {
+            Raise();
+            throw;
+        }
+        Raise();
+        return std::move(*result);
+    }
+
+  private:
+    void Raise() const {
+        if (m_raised) std::rethrow_exception(m_raised);
+    }
+
+    std::chrono::steady_clock::time_point m_asked;
+    std::exception_ptr m_raised;
+};
+
+// Runs `work(caller)`, which uses nothing of Python, until a signal comes (session::RunInterruptibly).
+template <typename Work>
+auto Interruptibly(Work work) {
+    Listener listener;
+    return listener.ResultOf([&] {
+        return session::RunInterruptibly(std::move(work), [&] { return listener.IsStopRequested(); });
+    });
 }
 
 // A device, or none: the default one, which the first call that needs it opens.

@@ -1,5 +1,6 @@
 // The Python module raygraph._core: errors, messages and devices. The package around it is raygraph/.
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <mutex>
 
@@ -54,9 +55,9 @@ void RaiseError(const Error& error, std::string text) {
     PyErr_SetObject(g_error, raised.ptr());
 }
 
-// The name of a setting as Python's keyword: "max_depth: ..." for "max-depth: ...".
+// The name of a setting as Python's keyword: "max_depth: ..." for "max-depth: ...", and "max_depth 4: ...".
 std::string WithKeyword(std::string text) {
-    const size_t end = std::min(text.find(':'), text.size());
+    const size_t end = std::min(text.find_first_of(": "), text.size());
     const std::string name = text.substr(0, end);
     if (name == "aov") return "aovs" + text.substr(end);
     if (name == "time") return "seconds" + text.substr(end);
@@ -100,6 +101,21 @@ DevicePtr& DefaultDevice() {
     return device;
 }
 
+// Ends what the interpreter's end would pull the ground from: what is left behind may still be in the driver,
+// whose statics go. But where Ctrl-C ends the interpreter, a signal ends the process, and they stay.
+void End() {
+    const py::module_ sys = py::module_::import("sys");
+    const bool isKilled = !py::hasattr(sys, "ps1") && py::hasattr(sys, "last_type") &&
+                          sys.attr("last_type").ptr() == PyExc_KeyboardInterrupt;
+    const PyOS_sighandler_t before = PyOS_setsig(SIGINT, SIG_DFL);  // Ctrl-C ends the wait, and the process
+    WithoutGil([&] {
+        DefaultDevice().reset();
+        if (!isKilled) session::WaitForAbandonedWork();
+        return 0;
+    });
+    PyOS_setsig(SIGINT, before);
+}
+
 void BindDevices(py::module_& module) {
     py::class_<rhi::Device, DevicePtr>(
         module, "Device",
@@ -136,12 +152,7 @@ void BindDevices(py::module_& module) {
     module.def(
         "set_default_device", [](const DevicePtr& device) { DefaultDevice() = device; },
         "Sets the device of calls that name none; None: it is opened again when it is needed.");
-    py::module_::import("atexit").attr("register")(py::cpp_function([] {
-        WithoutGil([] {
-            DefaultDevice().reset();
-            return 0;
-        });
-    }));
+    py::module_::import("atexit").attr("register")(py::cpp_function(&End));
 }
 
 }  // namespace

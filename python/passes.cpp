@@ -27,8 +27,7 @@ struct Bound {
     rhi::Format format = rhi::Format::Undefined;  // of an image
     Extent2D extent;
     std::vector<float> texels;     // of an image that is given
-    std::vector<std::byte> bytes;  // of a buffer, or of the result
-    py::array like;                // of a buffer that is an output: its result has this type and shape
+    std::vector<std::byte> bytes;  // of a buffer or a uniform block, or of the result
     bool isInput = false, isOutput = false;
     TextureId texture;
     BufferId buffer;
@@ -81,10 +80,10 @@ std::vector<std::byte> BytesOf(const std::string& name, const py::object& value)
     return {first, first + array.nbytes()};
 }
 
-py::object ArrayOf(const Bound& bound) {
+// Returns the result; of a buffer, with the type and the shape of `like`.
+py::object ArrayOf(const Bound& bound, const py::array& like) {
     const std::span<const std::byte> bytes = bound.bytes;
     if (!IsImage(bound.binding)) {
-        const py::array& like = bound.like;
         py::array result(like.dtype(), std::vector<py::ssize_t>(like.shape(), like.shape() + like.ndim()));
         if (static_cast<size_t>(result.nbytes()) != bytes.size())
             throw MakeError(ErrorKind::Usage, "{}: the result has {} bytes, the array for it {}",
@@ -111,26 +110,71 @@ Bound& Find(std::map<std::string, Bound>& all, const std::string& name) {
                     names.empty() ? "none" : names);
 }
 
-// Passes whole words, at most as many as a device takes at least.
-template <size_t... kIndices>
-void PushWords(PassBuilder& pass, std::span<const std::byte> bytes, std::index_sequence<kIndices...>) {
-    const auto push = [&](auto words) {
-        if (bytes.size() != sizeof words) return;
-        std::memcpy(words.data(), bytes.data(), sizeof words);
-        pass.Constants(words);
-    };
-    (push(std::array<uint32_t, kIndices + 1>{}), ...);
+// Runs the shader, and replaces the bytes of outputs by their results.
+void Run(rhi::Device& device, const std::vector<uint32_t>& words, std::map<std::string, Bound>& all,
+         std::span<const std::byte> pushed, const std::optional<std::array<uint32_t, 3>>& groups,
+         Extent2D covered) {
+    testing::PassHarness harness(device);
+    Renderer& renderer = harness.Graph();
+    renderer.AddShader("pass.comp", words);
+    renderer.BeginFrame();
+    for (auto& [name, bound] : all) {
+        if (IsImage(bound.binding))
+            bound.texture = bound.isInput ? harness.Texture(name, bound.extent, bound.format,
+                                                            std::span<const float>(bound.texels))
+                                          : renderer.CreateTexture(name, {bound.extent, bound.format});
+        else if (bound.binding.kind != rhi::BindingKind::UniformBuffer)
+            bound.buffer = bound.isInput ? harness.Buffer(name, std::span<const std::byte>(bound.bytes))
+                                         : renderer.CreateBuffer(name, {.size = bound.bytes.size()});
+    }
+    renderer.AddPass(
+        "pass.comp", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("pass.comp");
+            for (auto& [name, bound] : all) {
+                if (bound.binding.kind == rhi::BindingKind::UniformBuffer)
+                    pass.UniformBytes(name, bound.bytes);
+                else if (bound.binding.kind == rhi::BindingKind::SampledImage)
+                    pass.Reads(name, bound.texture, rhi::SamplerDesc{});
+                else if (IsImage(bound.binding) && !bound.binding.isWritable)
+                    pass.Reads(name, bound.texture);
+                else if (IsImage(bound.binding))
+                    bound.texture =
+                        bound.isInput ? pass.Updates(name, bound.texture) : pass.Writes(name, bound.texture);
+                else if (!bound.binding.isWritable)
+                    pass.Reads(name, bound.buffer);
+                else
+                    bound.buffer =
+                        bound.isInput ? pass.Updates(name, bound.buffer) : pass.Writes(name, bound.buffer);
+            }
+            if (!pushed.empty()) pass.ConstantBytes(pushed);
+        },
+        [groups, covered](CommandList& commands) {
+            if (groups)
+                commands.Dispatch((*groups)[0], (*groups)[1], (*groups)[2]);
+            else
+                commands.DispatchOver(covered);
+        });
+    for (auto& [name, bound] : all)
+        if (bound.isOutput)
+            bound.result =
+                IsImage(bound.binding) ? renderer.ReadBack(bound.texture) : renderer.ReadBack(bound.buffer);
+    renderer.Execute();
+    for (auto& [name, bound] : all) {
+        if (bound.isOutput) bound.bytes = WaitForValues<std::byte>(bound.result);
+        bound.result = {};  // it is of the device
+    }
 }
-constexpr size_t kMaxPushWords = 32;
 
 py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict& outputs,
                  const py::object& constants, const std::optional<std::array<uint32_t, 3>>& groups,
                  const std::string& includeRoot, const DevicePtr& chosen) {
     rhi::GlslSource source{.name = "pass.comp", .text = glsl, .stage = rhi::StageKind::Compute};
     source.includeRoot = includeRoot;
-    const std::vector<uint32_t> words = WithoutGil([&] { return rhi::CompileGlsl(source); });
+    std::vector<uint32_t> words = WithoutGil([&] { return rhi::CompileGlsl(source); });
     const rhi::ShaderReflection shader = rhi::Reflect(words, source.name);
     std::map<std::string, Bound> all;
+    std::map<std::string, py::array> likes;  // of buffers that are outputs
     for (const rhi::Binding& binding : shader.bindings) all[binding.name].binding = binding;
 
     for (const auto& [key, value] : inputs) {
@@ -150,8 +194,8 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
         if (!bound.binding.isWritable)
             throw MakeError(ErrorKind::Usage, "{}: the shader does not write it", bound.binding.name);
         if (!IsImage(bound.binding)) {
-            bound.like = PlainArray(bound.binding.name, object);
-            const auto size = static_cast<size_t>(bound.like.nbytes());
+            const py::array like = likes[bound.binding.name] = PlainArray(bound.binding.name, object);
+            const auto size = static_cast<size_t>(like.nbytes());
             if (!bound.isInput)
                 bound.bytes.resize(size);
             else if (size != bound.bytes.size())
@@ -180,62 +224,22 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
         throw MakeError(ErrorKind::Usage, "constants: they have {} bytes, the block of the shader has {}",
                         pushed.size(), shader.pushConstants.bytes);
 
-    if (pushed.size() > kMaxPushWords * 4)
-        throw MakeError(ErrorKind::Usage, "constants: {} bytes are more than 128", pushed.size());
-
     const DevicePtr device = DeviceOrDefault(chosen);
-    WithoutGil([&] {
-        testing::PassHarness harness(*device);
-        Renderer& renderer = harness.Graph();
-        renderer.AddShader("pass.comp", words);
-        renderer.BeginFrame();
-        for (auto& [name, bound] : all) {
-            if (!IsImage(bound.binding)) {
-                bound.buffer = bound.isInput ? harness.Buffer(name, std::span<const std::byte>(bound.bytes))
-                                             : renderer.CreateBuffer(name, {.size = bound.bytes.size()});
-            } else {
-                bound.texture = bound.isInput ? harness.Texture(name, bound.extent, bound.format,
-                                                                std::span<const float>(bound.texels))
-                                              : renderer.CreateTexture(name, {bound.extent, bound.format});
-            }
-        }
-        renderer.AddPass(
-            "pass.comp", PassKind::Compute,
-            [&](PassBuilder& pass) {
-                pass.Compute("pass.comp");
-                for (auto& [name, bound] : all) {
-                    if (bound.binding.kind == rhi::BindingKind::SampledImage)
-                        pass.Reads(name, bound.texture, rhi::SamplerDesc{});
-                    else if (IsImage(bound.binding) && !bound.binding.isWritable)
-                        pass.Reads(name, bound.texture);
-                    else if (IsImage(bound.binding))
-                        bound.texture = bound.isInput ? pass.Updates(name, bound.texture)
-                                                      : pass.Writes(name, bound.texture);
-                    else if (!bound.binding.isWritable)
-                        pass.Reads(name, bound.buffer);
-                    else
-                        bound.buffer = bound.isInput ? pass.Updates(name, bound.buffer)
-                                                     : pass.Writes(name, bound.buffer);
-                }
-                if (!pushed.empty()) PushWords(pass, pushed, std::make_index_sequence<kMaxPushWords>());
-            },
-            [groups, covered](CommandList& commands) {
-                if (groups)
-                    commands.Dispatch((*groups)[0], (*groups)[1], (*groups)[2]);
-                else
-                    commands.DispatchOver(covered);
-            });
-        for (auto& [name, bound] : all)
-            if (bound.isOutput)
-                bound.result = IsImage(bound.binding) ? renderer.ReadBack(bound.texture)
-                                                      : renderer.ReadBack(bound.buffer);
-        renderer.Execute();
-        for (auto& [name, bound] : all)
-            if (bound.isOutput) bound.bytes = WaitForValues<std::byte>(bound.result);
-        return 0;
+    if (pushed.size() > device->Info().maxPushConstantBytes)
+        throw MakeError(
+            ErrorKind::Usage,
+            "constants: {} bytes are more than the {} of {}; a uniform block takes them as an input",
+            pushed.size(), device->Info().maxPushConstantBytes, device->Info().name);
+    all = Interruptibly([device, words = std::move(words), all = std::move(all), pushed = std::move(pushed),
+                         groups, covered](session::Caller&) mutable {
+        Run(*device, words, all, pushed, groups, covered);
+        return std::move(all);
     });
     py::dict results;
-    for (const auto& [key, value] : outputs) results[key] = ArrayOf(all.at(key.cast<std::string>()));
+    for (const auto& [key, value] : outputs) {
+        const auto name = key.cast<std::string>();
+        results[key] = ArrayOf(all.at(name), likes[name]);
+    }
     return results;
 }
 

@@ -3,9 +3,6 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <algorithm>
-#include <chrono>
-#include <exception>
 #include <optional>
 
 #include "editor/session/binding/finished_picture.h"
@@ -22,75 +19,25 @@ using namespace session;
 using Picture = FinishedPicture;
 using PicturePtr = std::shared_ptr<Picture>;
 
-// Asks Python during a run whether a signal has come, as Ctrl-C, and what the progress function says. An
-// exception of theirs ends the run, and is raised after it. Each question takes the GIL, which the run's
-// threads do not hold; the constructor, Raise and the destructor need it.
-class Listener {
-  public:
-    explicit Listener(py::object progress) : m_progress(std::move(progress)) {}
-
-    std::function<void(const ProgressState&)> Progress() {
-        if (m_progress.is_none()) return {};
-        return [this](const ProgressState& state) {
-            Ask([&] {
-                const py::object answer = m_progress(state);
-                if (answer.ptr() == Py_False) m_isStopped = true;
-            });
-        };
-    }
-    bool IsStopRequested() {
-        // Often enough for a person, and rarely enough not to wait for other Python threads all the time.
-        constexpr auto kInterval = std::chrono::milliseconds(20);
-        const auto now = std::chrono::steady_clock::now();
-        if (!m_raised && now - m_asked > kInterval) {
-            m_asked = now;
-            Ask([] {
-                if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-            });
-        }
-        return m_isStopped || m_raised;
-    }
-    bool HasRaised() const { return m_raised != nullptr; }
-    void Raise() const {
-        if (m_raised) std::rethrow_exception(m_raised);
-    }
-
-  private:
-    template <typename Question>
-    void Ask(Question&& question) {
-        if (m_raised) return;
-        const py::gil_scoped_acquire acquired;
-        SendMessages();
-        try {
-            question();
-        } catch (...) {
-            m_raised = std::current_exception();
-        }
-    }
-
-    py::object m_progress;
-    std::chrono::steady_clock::time_point m_asked;
-    bool m_isStopped = false;
-    std::exception_ptr m_raised;
-};
-
 PicturePtr RenderScene(Scene& scene, const SettingTexts& texts, const PictureRequest& request,
-                       py::object progress, const std::vector<DevicePtr>& devices) {
+                       const py::object& progress, const std::vector<DevicePtr>& devices) {
     PlannedPicture planned = PlanPicture(scene, texts, request);
     std::vector<DevicePtr> used = devices;
     if (used.empty()) used.push_back(DeviceOrDefault(nullptr));
-    std::vector<rhi::Device*> pointers;
-    for (const DevicePtr& device : used) {
+    for (const DevicePtr& device : used)
         if (!device) throw Error(ErrorKind::Usage, "device: one of the list is None");
-        pointers.push_back(device.get());
-    }
-    Listener listener(std::move(progress));
-    const PicturePtr picture = WithoutGil([&] {
-        return std::make_shared<Picture>(Render(
-            pointers, std::move(planned), [&] { return listener.IsStopRequested(); }, listener.Progress()));
-    });
-    listener.Raise();
-    return picture;
+    Listener listener;
+    std::function<bool(const ProgressState&)> goesOn;
+    if (!progress.is_none())
+        goesOn = [&](const ProgressState& state) {
+            bool isLast = false;
+            listener.Ask([&] { isLast = py::object(progress(state)).ptr() == Py_False; });
+            return !isLast;
+        };
+    return std::make_shared<Picture>(listener.ResultOf([&] {
+        return Render(
+            std::move(used), std::move(planned), [&] { return listener.IsStopRequested(); }, goesOn);
+    }));
 }
 
 // --- The arrays of a picture ---
@@ -144,6 +91,19 @@ PicturePtr Read(const std::filesystem::path& path) {
     });
 }
 
+// Takes None, the path of an .exr, or a picture.
+std::shared_ptr<const ResumedRender> ResumedFrom(const py::object& given) {
+    if (given.is_none()) return nullptr;
+    if (py::isinstance<Picture>(given))
+        return std::make_shared<ResumedRender>(
+            ResumedRender{"the picture", given.cast<PicturePtr>()->render});
+    const auto path = given.cast<std::filesystem::path>();
+    return WithoutGil([&] {
+        const image::ExrThreads threads;
+        return std::make_shared<ResumedRender>(ReadResumedRender(path, LogToPython()));
+    });
+}
+
 PicturePtr MergeAll(const std::vector<std::pair<std::string, PicturePtr>>& parts) {
     return WithoutGil([&] {
         Merger merger;
@@ -194,16 +154,17 @@ void BindPictures(py::module_& module) {
                                [](const Picture& picture) { return RelativeErrorOf(picture.render); })
         .def_readonly("seconds", &Picture::seconds)
         .def_readonly("was_stopped", &Picture::wasStopped);
-    module.def("render", [](Scene& scene, const SettingTexts& texts, std::vector<std::string> aovs,
-                            std::optional<uint32_t> samples, std::optional<double> seconds,
-                            std::optional<double> error, uint32_t firstSample, std::string denoiser,
-                            float exposure, std::string tonemap, std::string whitePoint, py::object progress,
-                            const std::vector<DevicePtr>& devices) {
-        return RenderScene(scene, texts,
-                           {std::move(aovs), samples, seconds, error, firstSample, std::move(denoiser),
-                            exposure, std::move(tonemap), std::move(whitePoint)},
-                           std::move(progress), devices);
-    });
+    module.def(
+        "render", [](Scene& scene, const SettingTexts& texts, std::vector<std::string> aovs,
+                     std::optional<uint32_t> samples, std::optional<double> seconds,
+                     std::optional<double> error, uint32_t firstSample, std::string denoiser, float exposure,
+                     std::string tonemap, std::string whitePoint, const py::object& resumed,
+                     const py::object& progress, const std::vector<DevicePtr>& devices) {
+            return RenderScene(scene, texts,
+                               {std::move(aovs), samples, seconds, error, firstSample, std::move(denoiser),
+                                exposure, std::move(tonemap), std::move(whitePoint), ResumedFrom(resumed)},
+                               progress, devices);
+        });
     module.def("read", &Read);
     module.def("merge", &MergeAll);
     module.def("setting_names", [] {

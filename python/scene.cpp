@@ -48,7 +48,8 @@ ScenePtr Load(const std::filesystem::path& path, std::string sceneName, std::str
     options.root = std::move(root);
     options.environment = std::move(environment);
     options.log = LogToPython();
-    return WithoutGil([&] {
+    return Interruptibly([path, options = std::move(options)](Caller& caller) mutable {
+        options.progress = [&](std::string_view, float) { caller.ThrowIfStopRequested(); };
         auto loaded = std::make_shared<Scene>();
         loaded->input = LoadInput(path, options);
         return loaded;
@@ -489,6 +490,15 @@ LightView MakeLight(const ScenePtr& scene, const std::string& kind, std::string 
     throw MakeError(ErrorKind::Usage, "kind: {} is none of directional, point, spot", Quoted(kind));
 }
 
+CameraView MakeCamera(const ScenePtr& scene, std::string name, bool isOrthographic,
+                      const std::optional<NodeView>& parent, const std::optional<Doubles>& matrix) {
+    const NodeView node = MakeNode(scene, name, parent, matrix);
+    return {scene,
+            AddCamera(*scene, node.index,
+                      isOrthographic ? scene::Projection::Orthographic : scene::Projection::Perspective,
+                      std::move(name))};
+}
+
 void SetMap(Scene& scene, const Floats& map, std::string name) {
     if (map.ndim() != 3 || map.shape(2) < 3 || map.shape(2) > 4)
         throw MakeError(ErrorKind::Usage, "environment: the shape is {}, not (height, width, 3)",
@@ -562,6 +572,7 @@ void BindScene(py::module_& module) {
              "colors: (n, 3), linear.")
         .def("_add_material", &MakeMaterial)
         .def("_add_light", &MakeLight)
+        .def("_add_camera", &MakeCamera)
         .def("_load_environment",
              [](Scene& scene, const std::filesystem::path& path) {
                  WithoutGil([&] {

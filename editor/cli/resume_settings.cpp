@@ -1,38 +1,21 @@
 #include "editor/cli/resume_settings.h"
 
-#include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/aov_request.h"
+#include "editor/session/settings/session_checks.h"
 
 namespace raygraph::cli {
 
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
     const RenderFile& render = resumed.render;
-    const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
-        throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given, resumed.path,
-                        Printable(has));
-    };
-    SettingTexts inFile = Texts(SettingsFrom(render.settings));
-    for (const auto& [name, text] : arguments.given) {
-        std::string& has = inFile.at(name);
-        // An open setting stands for the value that was chosen for the render
-        if (has == text || IsOpen(name, text)) continue;
-        if (!IsOpen(name, has)) refuse(name, text, has.empty() ? "the default" : has);
-        has = text;
-    }
-
+    const PictureSettings settings = SettingsToResume(resumed, arguments.given);
     const SampleRange range = render.samples.front();
     if (arguments.shard && !arguments.frames && *arguments.sampleOffset != range.first)
         throw MakeError(ErrorKind::Usage, "--shard {}/{}: its first sample is {}; {} was rendered from {}",
                         arguments.shard->index, arguments.shard->count, *arguments.sampleOffset, resumed.path,
                         range.first);
-    if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
-        refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
-    const PictureSettings settings = SettingsFrom(inFile);
-    if (arguments.aovs)
-        if (const AovSet requested = AovsFor(*arguments.aovs, settings), has = AovsOf(render);
-            requested != has)
-            refuse("aov", ListOf(requested), ListOf(has));
+    if (arguments.sampleOffset) RequireFirstSample(resumed, *arguments.sampleOffset);
+    if (arguments.aovs) RequireAovs(resumed, AovsFor(*arguments.aovs, settings));
     if (arguments.checkpointMinutes) return settings;  // the same command may start a render and complete it
     if (arguments.samples && *arguments.samples <= range.count)
         throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {}; give the total to reach",

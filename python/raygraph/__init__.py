@@ -8,7 +8,7 @@
 The import opens no device and needs no display. The first call that needs a device opens the default one: the
 environment variable RAYGRAPH_DEVICE names it by index or by a part of its name, else it is the most suitable.
 
-Threads: the GIL is released while the library works. A scene, a picture and a device may be used by several
+Threads: the GIL is released while the library works, on threads of its own; `progress` is called on the caller's. A scene, a picture and a device may be used by several
 threads; edits of a scene wait for no render, since a render takes a copy.
 """
 
@@ -76,6 +76,15 @@ def _add_light(self, kind, *, name="", parent=None, matrix=None, **fields):
     return _with_fields(self._add_light(kind, name, parent, matrix), fields)
 
 
+def _add_camera(self, name="", *, orthographic=False, parent=None, matrix=None, **fields):
+    """Adds a camera and the node that places it, and returns the camera, which looks along -z of the node.
+
+    fields: y_fov, the vertical angle in radians; or of an orthographic one x_mag and y_mag, half the width and height
+    in meters. A scene is seen by its first camera, or by that of render(camera=...).
+    """
+    return _with_fields(self._add_camera(name, orthographic, parent, matrix), fields)
+
+
 def _set_environment(self, environment, name="environment"):
     """Lights the scene by an equirectangular map: a .hdr or .exr, or an array of (height, width, 3), linear radiance
     from the top."""
@@ -87,6 +96,7 @@ def _set_environment(self, environment, name="environment"):
 
 Scene.add_material = _add_material
 Scene.add_light = _add_light
+Scene.add_camera = _add_camera
 Scene.set_environment = _set_environment
 
 
@@ -185,6 +195,8 @@ def _settings(size, settings):
         if name not in names:
             raise TypeError(f"{keyword} is no setting of a picture; there are: "
                             + ", ".join(each.replace("-", "_") for each in names))
+        if isinstance(value, Camera):
+            value = value.index
         if value is not None:
             texts[name] = _text(value)
     if size is not None:
@@ -194,7 +206,7 @@ def _settings(size, settings):
 
 
 def render(scene, spp=None, size=None, *, aovs=(), denoise=False, seconds=None, error=None, sample_offset=0,
-           exposure=0.0, tonemap="", white_point=None, progress=None, device=None, **settings):
+           exposure=0.0, tonemap="", white_point=None, resume=None, progress=None, device=None, **settings):
     """Renders a picture of a scene and returns it.
 
     scene: a Scene, or the path of a file.
@@ -205,23 +217,26 @@ def render(scene, spp=None, size=None, *, aovs=(), denoise=False, seconds=None, 
     seconds, error: ends earlier, after this time, or when Picture.relative_error is reached.
     sample_offset: index of the first sample; pictures of disjoint ranges can be merged.
     exposure: stops; tonemap: an operator by name; white_point: "auto" or kelvin. Of `display` alone.
+    resume: a Picture, or an .exr that `save` or the program has written, to be continued until it has `spp`
+        samples, `seconds` have passed or `error` is reached. Settings and aovs that are not given are its own; those
+        that differ are refused.
     progress: called with a Progress as samples are added; if it returns False the render ends with what there is.
     device: a Device, or several of one kind; the default one if None.
     settings: every option of `raygraph render` that changes the linear picture, as max_depth=4, seed=1,
         camera="Camera" or look_at(...), background=(1, 1, 1), at=0.5, view="normals".
 
-    A picture has the bits of `raygraph render` with the same options on the same device. Ctrl-C ends it between
-    two samples with KeyboardInterrupt. Raises Error.
+    A picture has the bits of `raygraph render` with the same options on the same device, however often it was
+    interrupted and resumed. Ctrl-C ends it at once with KeyboardInterrupt. Raises Error.
     """
     if not isinstance(scene, Scene):
         scene = load(scene)
-    if spp is None and seconds is None and error is None:
+    if spp is None and seconds is None and error is None and resume is None:
         spp = 64
     denoiser = denoise if isinstance(denoise, str) else "network" if denoise else ""
     devices_ = [] if device is None else [device] if isinstance(device, Device) else list(device)
     return Picture(_core.render(scene, _settings(size, settings), list(aovs), spp, seconds, error, sample_offset,
                                 denoiser, exposure, tonemap, "" if white_point is None else _text(white_point),
-                                progress, devices_))
+                                resume._core if isinstance(resume, Picture) else resume, progress, devices_))
 
 
 def read(path):
@@ -295,11 +310,12 @@ def run_pass(glsl, inputs=None, outputs=None, *, constants=None, groups=None, in
 
     glsl: its text, from #version on. Bindings of set 0 are known by their names in it.
     inputs: arrays by name: for an image of (height, width) or (height, width, channels), converted to the format that
-        the shader declares; for a buffer any array, byte for byte.
+        the shader declares; for a buffer or a uniform block any array, byte for byte.
     outputs: by name, for an image its (height, width), for a buffer an array of the type and shape of the result. A
         binding that is also an input keeps its contents where the shader writes nothing; its value here is not read,
         but for the type and shape of a buffer, of as many bytes as the input.
-    constants: the push constants as an array, such as numpy.float32(0.5) or one of a structured type.
+    constants: the push constants as an array, such as numpy.float32(0.5) or one of a structured type; of as many bytes
+        as the device takes, at least 128.
     groups: (x, y, z) workgroups; None: as many as cover the last image of the outputs.
     include: the folder in which #include looks.
 

@@ -195,6 +195,15 @@ class Scene:
         matrix: Optional[ArrayLike] = None,
         **fields: Any,
     ) -> Light: ...
+    def add_camera(
+        self,
+        name: str = "",
+        *,
+        orthographic: bool = False,
+        parent: Optional[Node] = None,
+        matrix: Optional[ArrayLike] = None,
+        **fields: float,
+    ) -> Camera: ...
     def set_environment(self, environment: Union[_Path, ArrayLike], name: str = "environment") -> None: ...
 
 class Picture(dict[str, NDArray[Any]]):
@@ -245,6 +254,7 @@ def render(
     exposure: float = 0.0,
     tonemap: str = "",
     white_point: Union[None, float, str] = None,
+    resume: Union[None, Picture, _Path] = None,
     progress: Optional[Callable[[Progress], Any]] = None,
     device: Union[None, Device, Sequence[Device]] = None,
     **settings: Any,

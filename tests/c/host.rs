@@ -139,7 +139,7 @@ impl Drop for Settings {
 extern "C" fn count(user: *mut c_void, progress: *const RgProgress) -> bool {
     unsafe {
         *(user as *mut u32) += 1;
-        (*progress).samples > 0
+        (*progress).samples <= (*progress).samples_wanted
     }
 }
 

@@ -164,6 +164,57 @@ static void ProgressMayStop(RgDevice* device, const char* file) {
     rg_scene_destroy(scene);
 }
 
+static bool StopWithoutSample(void* user, const RgProgress* progress) {
+    *(Seen*)user = (Seen){((Seen*)user)->calls + 1, progress->samples};
+    return false;
+}
+
+// A mesh of a million triangles takes a while to be put on the device.
+static void ProgressMayStopBeforeThereIsASample(RgDevice* device) {
+    enum { kSide = 700 };
+    RgScene* scene = NULL;
+    CHECK_OK(rg_scene_create("large", &scene));
+    float* positions = malloc(sizeof(float) * 3 * kSide * kSide);
+    uint32_t* indices = malloc(sizeof(uint32_t) * 6 * kSide * kSide);
+    RgMeshDesc mesh = {.struct_size = sizeof mesh,
+                       .vertex_count = kSide * kSide,
+                       .positions = positions,
+                       .indices = indices};
+    for (uint32_t y = 0; y < kSide; ++y)
+        for (uint32_t x = 0; x < kSide; ++x) {
+            const uint32_t at = y * kSide + x;
+            positions[3 * at] = (float)x;
+            positions[3 * at + 1] = (float)((x * x + y * y) % 17);
+            positions[3 * at + 2] = (float)y;
+            if (x + 1 == kSide || y + 1 == kSide) continue;
+            const uint32_t corners[6] = {at, at + 1, at + kSide, at + 1, at + kSide + 1, at + kSide};
+            memcpy(indices + mesh.index_count, corners, sizeof corners);
+            mesh.index_count += 6;
+        }
+    uint32_t node = 0, added = 0, instance = 0;
+    CHECK_OK(rg_scene_add_material(scene, "gray", &mesh.material));
+    CHECK_OK(rg_scene_add_mesh(scene, &mesh, &added));
+    CHECK_OK(rg_scene_add_node(scene, "place", RG_NONE, NULL, &node));
+    CHECK_OK(rg_scene_add_instance(scene, node, added, &instance));
+    RgSettings* settings = SmallSettings();
+    Seen seen = {0, 7};
+    RgPicture* picture = NULL;
+    CHECK_FAILS(rg_render(device, scene, settings, StopWithoutSample, &seen, &picture), RG_ERROR_STOPPED,
+                "before there was a result");
+    CHECK(picture == NULL && seen.calls == 1 && seen.samples == 0);
+    // What is left behind disturbs no other call, nor the end of the device
+    RgDevice* other = NULL;
+    CHECK_OK(rg_device_create(NULL, &other));
+    CHECK_FAILS(rg_render(other, scene, settings, StopWithoutSample, &seen, &picture), RG_ERROR_STOPPED, "");
+    rg_device_destroy(other);
+    picture = Render(device, scene, settings);
+    rg_picture_destroy(picture);
+    rg_settings_destroy(settings);
+    rg_scene_destroy(scene);
+    free(positions);
+    free(indices);
+}
+
 // --- Scenes of arrays ---
 
 static const double kIdentity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -439,6 +490,79 @@ static void PicturesAreDenoisedExplainedAndVerified(RgDevice* device, const char
     rg_scene_destroy(scene);
 }
 
+static void PicturesAreMergedAndCompared(RgDevice* device, const char* file, const char* folder) {
+    RgScene* scene = NULL;
+    CHECK_OK(rg_scene_load(file, NULL, &scene));
+    RgSettings* settings = SmallSettings();
+    RgPicture* whole = Render(device, scene, settings);
+    CHECK_OK(rg_settings_set(settings, "spp", "1"));
+    RgPicture* first = Render(device, scene, settings);
+    CHECK_OK(rg_settings_set(settings, "sample-offset", "1"));
+    CHECK_OK(rg_settings_set(settings, "spp", "3"));
+    RgPicture* rest = Render(device, scene, settings);
+
+    RgPicture* merged = NULL;
+    const RgPicture* parts[3] = {rest, first, rest};
+    CHECK_OK(rg_merge(parts, 2, &merged));
+    const RgChannel color = Channel(merged, "color"), expected = Channel(whole, "color");
+    CHECK(memcmp(color.data, expected.data, 24 * 18 * 16) == 0);
+    RgPictureInfo info = {.struct_size = sizeof info};
+    CHECK_OK(rg_picture_get_info(merged, &info));
+    CHECK(info.samples == 4 && info.seconds == 0);
+    RgPicture* none = NULL;
+    CHECK_FAILS(rg_merge(parts, 3, &none), RG_ERROR_BAD_INPUT, "pictures[2]");
+    CHECK_FAILS(rg_merge(NULL, 1, &none), RG_ERROR_USAGE, "rg_merge: pictures is NULL");
+    parts[1] = NULL;
+    CHECK_FAILS(rg_merge(parts, 2, &none), RG_ERROR_USAGE, "pictures[1] is NULL");
+    CHECK_FAILS(rg_merge(parts, 0, &none), RG_ERROR_USAGE, "");
+    CHECK(none == NULL);
+
+    RgDifference difference = {.struct_size = sizeof difference};
+    const RgCompared a = {.struct_size = sizeof a, .picture = whole},
+                     b = {.struct_size = sizeof b, .picture = rest};
+    CHECK_OK(rg_compare(device, &a, &a, 0, &difference));
+    CHECK(difference.flip == 0 && difference.relative_mse == 0 && difference.ssim > 0.999);
+    CHECK_OK(rg_compare(device, &a, &b, 0, &difference));
+    CHECK(difference.flip > 0 && difference.relative_mse > 0 && difference.ssim < 1);
+    CHECK(difference.relative_mse_of_noise > 0 && difference.has_noise && difference.z_rms > 0);
+    double mean = 0;
+    for (uint32_t y = 0; y < 18; ++y)
+        for (uint32_t x = 0; x < 24; ++x) mean += Pixel(&expected, x, y)[1] / (24.0 * 18.0);
+    CHECK(fabs(difference.mean_of_reference[1] - mean) < 1e-5);
+    // The same pictures as a file and as pixels, of which the noise is not known
+    char path[4096];
+    snprintf(path, sizeof path, "%s/compared.exr", folder);
+    CHECK_OK(rg_picture_save(rest, NULL, path));
+    const RgPixels pixels = {
+        .struct_size = sizeof pixels, .width = 24, .height = 18, .channels = 4, .data = expected.data};
+    const RgCompared of_file = {.struct_size = sizeof of_file, .path = path},
+                     of_pixels = {.struct_size = sizeof of_pixels, .pixels = &pixels};
+    RgDifference again = {.struct_size = sizeof again};
+    CHECK_OK(rg_compare(device, &a, &of_file, 0, &again));
+    CHECK(fabs(again.flip - difference.flip) < 1e-6 && again.has_noise);
+    CHECK_OK(rg_compare(device, &of_pixels, &of_file, 3, &again));
+    CHECK(again.relative_mse == difference.relative_mse && again.flip != difference.flip);
+    CHECK(again.relative_mse_of_noise < difference.relative_mse_of_noise);
+    const RgCompared of_two = {.struct_size = sizeof of_two, .path = path, .picture = whole},
+                     of_none = {.struct_size = sizeof of_none};
+    CHECK_FAILS(rg_compare(device, &of_two, &b, 0, &again), RG_ERROR_USAGE,
+                "reference has a picture, a path");
+    CHECK_FAILS(rg_compare(device, &a, &of_none, 0, &again), RG_ERROR_USAGE, "picture has a picture, a path");
+    CHECK_FAILS(rg_compare(device, &a, NULL, 0, &again), RG_ERROR_USAGE, "picture is NULL");
+    CHECK_FAILS(rg_compare(device, &a, &b, 0, NULL), RG_ERROR_USAGE, "difference is NULL");
+    CHECK_OK(rg_settings_set(settings, "size", "12x9"));
+    RgPicture* small = Render(device, scene, settings);
+    const RgCompared of_small = {.struct_size = sizeof of_small, .picture = small};
+    CHECK_FAILS(rg_compare(device, &a, &of_small, 0, &again), RG_ERROR_BAD_INPUT, "12 x 9");
+    rg_picture_destroy(small);
+    rg_picture_destroy(merged);
+    rg_picture_destroy(rest);
+    rg_picture_destroy(first);
+    rg_picture_destroy(whole);
+    rg_settings_destroy(settings);
+    rg_scene_destroy(scene);
+}
+
 typedef struct {
     uint32_t count;
     bool is_well_formed;
@@ -468,10 +592,12 @@ int main(int argc, char** argv) {
     StructsMayBeOlderOrNewer(device);
     FileIsRenderedAsByTheProgram(device, argv[1], argv[2]);
     ProgressMayStop(device, argv[1]);
+    ProgressMayStopBeforeThereIsASample(device);
     ArraysAreSeenAndEdited(device);
     LightsCamerasAndMapsAreSeen(device);
     MistakesInArraysAreNamed();
     PicturesAreDenoisedExplainedAndVerified(device, argv[1], argv[2]);
+    PicturesAreMergedAndCompared(device, argv[1], argv[2]);
     RgDeviceInfo info = {.struct_size = sizeof info};
     CHECK_OK(rg_device_get_info(device, &info));
     CHECK(info.validation_messages == 0 && info.name[0] && info.kind[0]);

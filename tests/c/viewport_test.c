@@ -3,6 +3,8 @@
 #include "9_host.h"
 #include "check.h"
 
+#include <stdatomic.h>
+
 enum { kSide = 32 };
 
 typedef struct {
@@ -210,6 +212,146 @@ static void MistakesInFramesAreErrors(View* view) {
     Show(view);
 }
 
+// --- An allocator of the host's ---
+
+// Gives every resource a piece of its own allocation, at an offset, as an allocator of blocks does.
+typedef struct {
+    const Host* host;
+    atomic_int live, total, wrong;
+    int limit;  // allocations that may exist at once
+} HostMemory;
+
+static int32_t AllocateBlock(void* user, const VkMemoryRequirements* needed, const RgMemoryRequest* request,
+                             RgMemory* memory) {
+    HostMemory* of = user;
+    if (request->struct_size != sizeof *request || memory->struct_size != sizeof *memory || !request->name[0])
+        ++of->wrong;
+    if (of->live >= of->limit) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    const bool is_mapped = request->kind != RG_MEMORY_DEVICE;
+    const VkMemoryPropertyFlags wanted =
+        is_mapped ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT : 0;
+    VkPhysicalDeviceMemoryProperties heaps;
+    vkGetPhysicalDeviceMemoryProperties(of->host->gpu, &heaps);
+    while (!(needed->memoryTypeBits >> memory->memory_type & 1u) ||
+           (heaps.memoryTypes[memory->memory_type].propertyFlags & wanted) != wanted)
+        ++memory->memory_type;
+    memory->offset = needed->alignment * request->alignment;  // a multiple of both
+    memory->size = needed->size;
+    const VkMemoryAllocateFlagsInfo flags = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO,
+                                             .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    const VkMemoryAllocateInfo info = {.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                       .pNext = &flags,
+                                       .allocationSize = memory->offset + memory->size,
+                                       .memoryTypeIndex = memory->memory_type};
+    VkResult result = vkAllocateMemory(of->host->device, &info, NULL, &memory->memory);
+    if (result == VK_SUCCESS && is_mapped)
+        result =
+            vkMapMemory(of->host->device, memory->memory, memory->offset, memory->size, 0, &memory->mapped);
+    if (result != VK_SUCCESS) return result;
+    memory->handle = user;
+    ++of->live;
+    ++of->total;
+    return VK_SUCCESS;
+}
+
+static int32_t CreateHostBuffer(void* user, const VkBufferCreateInfo* info, const RgMemoryRequest* request,
+                                VkBuffer* buffer, RgMemory* memory) {
+    const VkDevice device = ((HostMemory*)user)->host->device;
+    VkResult result = vkCreateBuffer(device, info, NULL, buffer);
+    if (result != VK_SUCCESS) return result;
+    VkMemoryRequirements needed;
+    vkGetBufferMemoryRequirements(device, *buffer, &needed);
+    result = AllocateBlock(user, &needed, request, memory);
+    if (result != VK_SUCCESS) {
+        vkDestroyBuffer(device, *buffer, NULL);
+        return result;
+    }
+    return vkBindBufferMemory(device, *buffer, memory->memory, memory->offset);
+}
+
+static int32_t CreateHostImage(void* user, const VkImageCreateInfo* info, const RgMemoryRequest* request,
+                               VkImage* image, RgMemory* memory) {
+    const VkDevice device = ((HostMemory*)user)->host->device;
+    VkResult result = vkCreateImage(device, info, NULL, image);
+    if (result != VK_SUCCESS) return result;
+    VkMemoryRequirements needed;
+    vkGetImageMemoryRequirements(device, *image, &needed);
+    result = AllocateBlock(user, &needed, request, memory);
+    if (result != VK_SUCCESS) {
+        vkDestroyImage(device, *image, NULL);
+        return result;
+    }
+    return vkBindImageMemory(device, *image, memory->memory, memory->offset);
+}
+
+static void FreeHostMemory(void* user, const RgMemory* memory) {
+    HostMemory* of = user;
+    if (memory->handle != user || memory->size == 0) ++of->wrong;
+    vkFreeMemory(of->host->device, memory->memory, NULL);
+    --of->live;
+}
+
+static RgDevice* AdoptWith(const Host* host, const RgMemoryAllocator* allocator) {
+    RgRequirements* requirements = NULL;
+    CHECK_OK(rg_requirements_create(vkGetInstanceProcAddr, host->instance, host->gpu, &requirements));
+    RgDeviceSetup setup = {.struct_size = sizeof setup};
+    CHECK_OK(rg_requirements_get(requirements, &setup));
+    const RgAdoptDesc adopt = {.struct_size = sizeof adopt,
+                               .queue_family = setup.queue_family,
+                               .loader = vkGetInstanceProcAddr,
+                               .instance = host->instance,
+                               .physical_device = host->gpu,
+                               .device = host->device,
+                               .queue = host->queue,
+                               .extensions = setup.extensions,
+                               .extension_count = setup.extension_count,
+                               .optional_features = setup.optional_features,
+                               .allocator = allocator};
+    RgDevice* device = NULL;
+    if (allocator->free == NULL)
+        CHECK_FAILS(rg_device_adopt(&adopt, &device), RG_ERROR_USAGE, "lacks one of its four functions");
+    else
+        CHECK_OK(rg_device_adopt(&adopt, &device));
+    rg_requirements_destroy(requirements);
+    return device;
+}
+
+static void MemoryIsThatOfTheHost(View* view) {
+    HostMemory memory = {.host = &view->host, .limit = 1 << 20};
+    RgMemoryAllocator allocator = {.struct_size = sizeof allocator, .user = &memory};
+    CHECK(AdoptWith(&view->host, &allocator) == NULL);
+    allocator.create_buffer = CreateHostBuffer;
+    allocator.create_image = CreateHostImage;
+    allocator.allocate = AllocateBlock;
+    allocator.free = FreeHostMemory;
+    RgDevice* device = AdoptWith(&view->host, &allocator);
+    memset(&allocator, 0, sizeof allocator);  // it was copied
+
+    RgSettings* settings = Settings("size", "16x12");
+    CHECK_OK(rg_settings_set(settings, "spp", "2"));
+    RgPicture* pictures[2] = {NULL, NULL};
+    CHECK_OK(rg_render(view->host.raygraph, view->scene, settings, NULL, NULL, &pictures[0]));
+    CHECK(memory.total == 0);
+    CHECK_OK(rg_render(device, view->scene, settings, NULL, NULL, &pictures[1]));
+    CHECK(memory.total > 20);
+    RgChannel colors[2] = {{.struct_size = sizeof(RgChannel)}, {.struct_size = sizeof(RgChannel)}};
+    for (int i = 0; i < 2; ++i) CHECK_OK(rg_picture_get_channel(pictures[i], "color", &colors[i]));
+    CHECK(memcmp(colors[0].data, colors[1].data, 16 * 12 * 16) == 0);
+
+    memory.limit = memory.live + 5;
+    RgPicture* none = NULL;
+    CHECK_FAILS(rg_render(device, view->scene, settings, NULL, NULL, &none), RG_ERROR_OUT_OF_MEMORY, "");
+    CHECK(none == NULL && rg_last_vk_result() == VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    memory.limit = 1 << 20;
+    CHECK_OK(rg_render(device, view->scene, settings, NULL, NULL, &none));
+    rg_device_destroy(device);
+    CHECK(memory.live == 0 && memory.wrong == 0);
+    rg_picture_destroy(none);
+    rg_picture_destroy(pictures[0]);
+    rg_picture_destroy(pictures[1]);
+    rg_settings_destroy(settings);
+}
+
 int main(int argc, char** argv) {
     if (argc != 2) return 2;
     static View view;
@@ -233,6 +375,7 @@ int main(int argc, char** argv) {
     CameraViewAndSettingsAreSeen(&view);
     PixelsArePicked(&view);
     MistakesInFramesAreErrors(&view);
+    MemoryIsThatOfTheHost(&view);
     // Each keeps what it was made with
     rg_scene_destroy(view.scene);
     rg_renderer_destroy(view.renderer);

@@ -662,21 +662,21 @@ TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
         [] {
             SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "1"}}));
         },
-        "--seed 1", "old.exr was rendered with 9");
+        "seed 1", "old.exr was rendered with 9");
     ExpectError(
         ErrorKind::Usage,
         [] {
             SettingsOf(Resumed(0, 8), Asking(16, {{"camera", "Cam"}}));
         },
-        "--camera Cam", "the default");
+        "camera Cam", "the default");
     RenderArguments offset = Asking(16);
     offset.sampleOffset = 4;
     ExpectError(
-        ErrorKind::Usage, [&] { SettingsOf(Resumed(2, 8), offset); }, "--sample-offset 4", "with 2");
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(2, 8), offset); }, "sample-offset 4", "with 2");
     RenderArguments aovs = Asking(16);
     aovs.aovs = ParseAovs("albedo,normal");
     ExpectError(
-        ErrorKind::Usage, [&] { SettingsOf(Resumed(0, 8), aovs); }, "--aov albedo,normal",
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(0, 8), aovs); }, "aov albedo,normal",
         "albedo,normal,depth,instance,material");
 }
 
@@ -690,7 +690,7 @@ TEST(Resume, AnOptionThatLeavesAChoiceOpenTakesThatOfTheFile) {
         [&] {
             SettingsOf(resumed, Asking(16, {{"light", "none"}}));
         },
-        "--light none", "old.exr was rendered with studio");
+        "light none", "old.exr was rendered with studio");
 }
 
 TEST(Resume, TheTotalMustBeMoreThanThereIs) {

@@ -34,6 +34,18 @@ def test_planted_mistake_is_judged(cornell):
     assert any(not check["is_passed"] for check in wrong["checks"])
 
 
+def test_reference_with_a_ground_hides_what_the_picture_hides(cornell):
+    options = {**SMALL, "ground": True, "camera": "orbit 30 20"}
+    picture = rg.render(cornell, spp=64, **options)
+    assert (picture["color"][..., 3] < 0.5).any() and picture.settings["transparent"] == "on"
+    assert rg.verify(cornell, picture, max_samples=64, **options)["is_right"]
+    seen = rg.render(cornell, spp=64, **options, transparent=False)
+    assert not rg.verify(cornell, seen, max_samples=64, **options)["is_right"]
+    assert rg.verify(cornell, seen, max_samples=64, **options, transparent=False)["is_right"]
+    x, y = np.argwhere(picture["color"][..., 3].T == 0)[0]
+    assert rg.explain(cornell, (int(x), int(y)), **options)["mean"] == (0, 0, 0)
+
+
 def test_explanation_is_that_of_the_program(cornell):
     ran = run_program("explain", SCENES / "cornell.gltf", "--pixel", "8,8", "--size", "16x16", "--max-depth", "2")
     explained = rg.explain(cornell, (8, 8), **SMALL)

@@ -57,6 +57,41 @@ def test_buffer_is_no_ragged_list_and_holds_no_objects(wrong):
         assert raised.value.kind == "usage"
 
 
+COPY = """#version 460
+layout(local_size_x = 1) in;
+layout({layout}) uniform Words {{ uvec4 at[{count} / 4]; }} words;
+layout(set = 0, binding = 1) writeonly buffer Copied {{ uvec4 at[{count} / 4]; }} copied;
+void main() {{ copied.at[gl_WorkGroupID.x] = words.at[gl_WorkGroupID.x]; }}
+"""
+
+
+def test_constants_have_as_many_bytes_as_the_device_takes():
+    def copy(count):
+        words = np.random.default_rng(count).integers(0, 2**32, count, np.uint32)
+        result = rg.run_pass(COPY.format(layout="push_constant", count=count), {}, {"copied": words}, constants=words,
+                             groups=(count // 4, 1, 1))
+        np.testing.assert_array_equal(result["copied"], words)
+
+    with pytest.raises(rg.Error, match=r"^constants: 4096 bytes are more than the \d+ of .*; a uniform block") as raised:
+        copy(1024)
+    assert raised.value.kind == "usage"
+    limit = int(str(raised.value).split("more than the ")[1].split()[0])
+    assert limit >= 128
+    for count in (4, 32, limit // 4):
+        copy(count)
+    with pytest.raises(rg.Error, match=f"^constants: {limit + 16} bytes are more"):
+        copy(limit // 4 + 4)
+
+
+def test_uniform_block_is_an_input():
+    words = np.arange(1024, dtype=np.uint32)
+    glsl = COPY.format(layout="set = 0, binding = 0", count=1024)
+    result = rg.run_pass(glsl, {"words": words}, {"copied": words}, groups=(256, 1, 1))
+    np.testing.assert_array_equal(result["copied"], words)
+    with pytest.raises(rg.Error, match='4092 bytes for "words", which has 4096'):
+        rg.run_pass(glsl, {"words": words[1:]}, {"copied": words}, groups=(256, 1, 1))
+
+
 def test_picture_goes_through_a_pass(cornell):
     color = rg.render(cornell, spp=1, size=(16, 12))["color"]
     scaled = rg.run_pass(SCALE, {"picture": color}, {"scaled": color.shape[:2]}, constants=np.float32(2))["scaled"]

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -93,6 +94,51 @@ def test_progress_is_called_and_may_stop(cornell):
     assert seen == sorted(seen) and seen[-1] <= picture.samples
 
 
+@pytest.mark.parametrize("options", [
+    {"max_depth": 3, "aovs": ["albedo", "depth"]},
+    {"ground": True, "camera": "orbit 30 20"},
+    {"adaptive": True, "spp": 24},
+])
+def test_interrupted_and_resumed_render_has_the_bits_of_one(cornell, tmp_path, options):
+    options = {"spp": 9, "size": (16, 12), "sample_offset": 5, "exposure": 1, **options}
+    whole = rg.render(cornell, **options)
+    part = rg.render(cornell, **options, progress=lambda state: state.samples < 3)
+    assert part.was_stopped and 3 <= part.samples < options["spp"]
+    part.save(tmp_path / "part.exr")
+    last = {"spp": options["spp"], "exposure": 1}
+    resumed = rg.render(cornell, **last, resume=tmp_path / "part.exr")
+    same = rg.render(cornell, **options, resume=part)  # what is given again may be that of the render
+    for picture in (resumed, same):
+        assert not picture.was_stopped and picture.samples == whole.samples and picture.settings == whole.settings
+        assert set(picture) == set(whole)
+        for name in whole:
+            np.testing.assert_array_equal(picture[name], whole[name], name)
+        np.testing.assert_array_equal(picture.display, whole.display)
+    complete = rg.render(cornell, spp=options["spp"], resume=whole)
+    np.testing.assert_array_equal(complete["color"], whole["color"])
+
+
+def test_render_that_is_resumed_may_not_become_another(cornell, tmp_path):
+    rg.render(cornell, **SMALL, sample_offset=2).save(tmp_path / "a.exr")
+    for options, kind, text in [
+            ({"max_depth": 3}, "usage", r"^max_depth 3: .*a\.exr was rendered with none"),
+            ({"size": (8, 8)}, "usage", r"^size 8x8: .*a\.exr was rendered with 16x12"),
+            ({"aovs": ["depth"]}, "usage", r"^aovs depth: .*a\.exr was rendered with "),
+            ({"sample_offset": 1}, "usage", r"^sample_offset 1: .*a\.exr was rendered with 2"),
+            ({"spp": None}, "usage", r"^spp: it is the total to reach.*a\.exr, which has 2 samples"),
+            ({"spp": 1}, "usage", "1 samples are asked for, and there are 2"),
+            ({"resume": tmp_path / "none.exr"}, "bad_input", "none.exr")]:
+        with pytest.raises(rg.Error, match=text) as raised:
+            rg.render(cornell, **{"spp": 4, "resume": tmp_path / "a.exr", **options})
+        assert raised.value.kind == kind
+    with pytest.raises(rg.Error, match=r"a\.exr cannot be resumed: scene: ") as raised:
+        rg.render(SCENES / "furnace_sphere.gltf", spp=4, resume=tmp_path / "a.exr")
+    assert raised.value.kind == "bad_input"
+    display = rg.render(cornell, **SMALL, view="normals")
+    with pytest.raises(rg.Error, match="the picture cannot be resumed: it shows the view normals"):
+        rg.render(cornell, spp=4, resume=display)
+
+
 def test_exception_of_progress_ends_the_render(cornell):
     def progress(state):
         raise LookupError("enough")
@@ -109,20 +155,54 @@ def test_ctrl_c_ends_between_samples(cornell):
         rg.render(cornell, spp=100000, size=(16, 12), progress=interrupt)
 
 
-def test_other_threads_run_while_the_library_works(cornell):
-    count = 0
-    done = threading.Event()
+def test_progress_is_called_on_the_thread_of_the_call(cornell):
+    threads = set()
+    rg.render(cornell, **SMALL, progress=lambda state: threads.add(threading.get_ident()))
+    assert threads == {threading.get_ident()}
 
-    def render():
-        rg.render(cornell, spp=64, size=(32, 32))
-        done.set()
 
-    thread = threading.Thread(target=render)
-    thread.start()
-    while not done.is_set():
-        count += 1
-    thread.join()
-    assert count > 100
+def test_two_scenes_render_at_once_on_two_devices_while_python_goes_on(cornell):
+    scenes = [cornell, rg.load(SCENES / "glass_sphere.gltf")]
+    options = {"size": (96, 64), "spp": 8}
+    alone = [rg.render(scene, **options) for scene in scenes]
+    pictures, messages, spans = [None, None], [], [[], []]
+    both_render = threading.Barrier(2, timeout=120)
+    is_done = threading.Event()
+    ticks = [0.0]
+
+    def tick():
+        while not is_done.is_set():
+            now = time.monotonic()
+            if now > ticks[-1] + 0.001:
+                ticks.append(now)
+
+    def render(index):
+        def progress(state):
+            begin = time.monotonic()
+            if state.samples == 1:
+                both_render.wait()
+            spans[index].append((begin, time.monotonic()))
+
+        device = rg.Device(validation=True)
+        pictures[index] = rg.render(scenes[index], **options, device=device, progress=progress)
+        messages.append(device.validation_messages)
+
+    ticking = threading.Thread(target=tick)
+    threads = [threading.Thread(target=render, args=(index,)) for index in range(2)]
+    for thread in [ticking, *threads]:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    is_done.set()
+    ticking.join()
+    assert messages == [0, 0]
+    for index, picture in enumerate(pictures):
+        for name in alone[index]:
+            np.testing.assert_array_equal(picture[name], alone[index][name], name)
+        # Python ran in the middle of most samples, and not only where progress lets it
+        samples = [(end, begin) for (_, end), (begin, _) in zip(spans[index], spans[index][1:])]
+        during = [sum(a + (b - a) / 4 < tick < b - (b - a) / 4 for tick in ticks) for a, b in samples]
+        assert len(during) >= 6 and np.count_nonzero(during) > len(during) / 2, (samples, during)
 
 
 def test_import_opens_no_device():
@@ -185,20 +265,6 @@ def test_denoised_picture_is_beside_the_mean(cornell):
     plain = rg.render(cornell, **SMALL)
     np.testing.assert_array_equal(picture["color"], plain["color"])
     assert picture["denoised"].shape == (12, 16, 4) and (picture["denoised"] != picture["color"]).any()
-
-
-def test_two_devices_render_in_two_threads(cornell):
-    pictures = {}
-
-    def render(index):
-        pictures[index] = rg.render(cornell, **SMALL, device=rg.Device())
-
-    threads = [threading.Thread(target=render, args=(index,)) for index in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    np.testing.assert_array_equal(pictures[0]["color"], pictures[1]["color"])
 
 
 def test_display_of_a_picture_that_was_read_is_made_once(cornell, tmp_path):

@@ -78,6 +78,28 @@ def test_environment_of_an_array_lights_the_scene():
     np.testing.assert_allclose(color[..., :3], 3.0, rtol=1e-3)
 
 
+def test_camera_that_is_added_sees_along_minus_z_of_its_node():
+    scene = rg.Scene()
+    scene.add_spheres([[0, 0, 0]], 0.5)
+    camera = scene.add_camera("front", y_fov=0.2, matrix=placed(0, 0, 3))
+    side = scene.add_camera("side", orthographic=True, x_mag=0.25, y_mag=0.25, matrix=placed(0.3, 0, 2))
+    assert [each.name for each in scene.cameras] == ["front", "side"] and not camera.orthographic and side.orthographic
+    assert camera.node.name == "front" and side.node.index == 2
+    options = {"spp": 1, "size": (9, 9), "aovs": ["depth"]}
+    depth = rg.render(scene, **options)["depth"]
+    assert depth[4, 4] == pytest.approx(2.5, abs=1e-3)
+    of_program = rg.render(scene, **options, camera=rg.look_at((0, 0, 3), (0, 0, 0), fov=np.degrees(0.2)))["depth"]
+    np.testing.assert_allclose(depth, of_program, rtol=1e-5)
+    for chosen in (side, "side", 1):
+        depth = rg.render(scene, **options, camera=chosen)["depth"]
+        assert depth[4, 4] == pytest.approx(2 - 0.4, abs=1e-3)  # sqrt(0.5^2 - 0.3^2) in front of the middle
+        assert np.isinf(depth[4, 8]) and depth[4, 0] < 1.6
+    with pytest.raises(rg.Error, match=r"y_fov is 4, must be"):
+        scene.add_camera(y_fov=4)
+    with pytest.raises(TypeError, match="fov is no field of a camera"):
+        scene.add_camera(fov=1)
+
+
 @pytest.mark.parametrize("edit, text", [
     (lambda scene: scene.add_mesh([[0, 0]]), r"positions: the shape is \(1, 2\), not \(n, 3\)"),
     (lambda scene: scene.add_mesh(QUAD, [[0, 1, 4]]), "indices: 4 is not below the 4 positions"),

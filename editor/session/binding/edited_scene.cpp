@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "editor/session/file/content_hash.h"
 #include "editor/session/settings/as_input.h"
+#include "editor/session/settings/light_settings.h"
 #include "renderer/scene/geometry/round_primitives.h"
 #include "renderer/scene/geometry/transforms.h"
 #include "renderer/scene/gltf/still_scene.h"
@@ -30,7 +31,8 @@ SceneInput EditedScene::InputFor(bool isAnimated) const {
     return copy;
 }
 
-PictureSettings SettingsFor(const EditedScene& scene, const SettingTexts& texts) {
+PictureSettings SettingsFor(const EditedScene& scene, SettingTexts texts) {
+    HideBehindGround(texts);
     PictureSettings settings = SettingsFrom(texts);
     settings.scene = scene.input.scene;
     settings.variant = scene.input.variant;
@@ -79,6 +81,12 @@ uint32_t AddLight(EditedScene& scene, uint32_t node, scene::LightType type, std:
     std::vector<scene::Light>& lights = scene.Edit().lights;
     lights.push_back({.name = std::move(name), .node = node, .type = type});
     return static_cast<uint32_t>(lights.size() - 1);
+}
+
+uint32_t AddCamera(EditedScene& scene, uint32_t node, scene::Projection projection, std::string name) {
+    std::vector<scene::Camera>& cameras = scene.Edit().cameras;
+    cameras.push_back({.name = std::move(name), .node = node, .projection = projection});
+    return static_cast<uint32_t>(cameras.size() - 1);
 }
 
 uint32_t AddMesh(EditedScene& scene, scene::Primitive primitive, std::string name) {

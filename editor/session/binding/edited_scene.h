@@ -31,8 +31,9 @@ struct RAYGRAPH_API EditedScene {
     SceneInput InputFor(bool isAnimated) const;
 };
 
-// Returns the settings of a picture of this scene. Throws as SettingsFrom does.
-RAYGRAPH_API PictureSettings SettingsFor(const EditedScene& scene, const SettingTexts& texts);
+// Returns the settings of a picture of this scene, or of its reference; a ground hides the environment as in
+// `raygraph render` (HideBehindGround). Throws as SettingsFrom does.
+RAYGRAPH_API PictureSettings SettingsFor(const EditedScene& scene, SettingTexts texts);
 
 // --- Matrices of 16 numbers, column by column as in glTF: the translation is in 12 to 14 ---
 
@@ -44,8 +45,10 @@ RAYGRAPH_API std::array<double, 16> MatrixOf(const scene::PlacedTransform& place
 
 RAYGRAPH_API uint32_t AddNode(EditedScene& scene, scene::Node node);
 RAYGRAPH_API uint32_t AddMaterial(EditedScene& scene, std::string name);
-// Adds a light of the default values, placed by a node.
+// Add a light or a camera of the default values, placed by a node.
 RAYGRAPH_API uint32_t AddLight(EditedScene& scene, uint32_t node, scene::LightType type, std::string name);
+RAYGRAPH_API uint32_t AddCamera(EditedScene& scene, uint32_t node, scene::Projection projection,
+                                std::string name);
 // Adds a mesh of one primitive, which is complete.
 RAYGRAPH_API uint32_t AddMesh(EditedScene& scene, scene::Primitive primitive, std::string name);
 // Adds the instance of a mesh that a node without one places.

@@ -4,9 +4,11 @@
 
 #include "base/files.h"
 #include "base/text.h"
+#include "editor/session/binding/interruptible.h"
 #include "editor/session/denoise.h"
 #include "editor/session/settings/light_settings.h"
 #include "editor/session/settings/parse.h"
+#include "editor/session/settings/session_checks.h"
 #include "passes/pixel_list.h"
 #include "passes/views.h"
 #include "renderer/graph/readback_values.h"
@@ -61,17 +63,34 @@ passes::TonemapSettings TonemapOf(const PictureRequest& request, const SceneInpu
 }
 
 PlannedPicture PlanPicture(EditedScene& scene, SettingTexts settings, const PictureRequest& request) {
-    PlannedPicture planned;
-    const bool showsOnlyShadow = HideBehindGround(settings);
+    PlannedPicture planned{.resumed = request.resumed};
+    const ResumedRender* const resumed = planned.resumed.get();
+    const bool isCutOut = settings.contains("transparent");
+    HideBehindGround(settings);
+    if (resumed != nullptr) {
+        RequireResumable(*resumed);
+        settings = Texts(SettingsToResume(*resumed, settings));
+        if (request.firstSample != 0) RequireFirstSample(*resumed, request.firstSample);
+    }
     SessionDesc& desc = planned.desc;
     desc.settings = SettingsFor(scene, settings);
-    desc.firstSample = request.firstSample;
-    if (showsOnlyShadow) desc.backdrop = passes::BackdropSettings{};
+    desc.firstSample = resumed != nullptr ? resumed->render.samples.front().first : request.firstSample;
+    desc.resumed = resumed;
+    if (!isCutOut && desc.settings.hasGround && desc.settings.paths.isEnvironmentHidden)
+        desc.backdrop = passes::BackdropSettings{};  // only the shadow is seen
     for (const std::string& name : request.aovs) {
         const Aov aov = ParseSetting("aov", [&] { return ParseChoice<Aov>(name); });
         if (!CanHave(aov, desc.settings))
             throw SettingError(ErrorKind::Usage, Text("aov: a picture with these settings has no {}", name));
         desc.aovs.Set(aov);
+    }
+    if (resumed != nullptr) {
+        if (!request.aovs.empty()) RequireAovs(*resumed, desc.aovs);
+        desc.aovs = AovsOf(resumed->render);
+        if (!request.samples && !request.seconds && !request.relativeError)
+            throw SettingError(ErrorKind::Usage,
+                               Text("spp: it is the total to reach, and needed to resume {}, which has {}",
+                                    resumed->path, Counted(SampleCount(resumed->render.samples), "sample")));
     }
     RequirePositive("spp", request.samples);
     RequirePositive("time", request.seconds);
@@ -85,7 +104,7 @@ PlannedPicture PlanPicture(EditedScene& scene, SettingTexts settings, const Pict
     }
     scene.Update();
     planned.input = scene.InputFor(desc.settings.at.has_value());
-    desc.settings.light = ChooseLight(planned.input, desc.settings);
+    desc.settings.light = ChooseLight(planned.input, desc.settings, resumed);
     desc.tonemap = TonemapOf(request, &planned.input, desc.settings);
     planned.rule = {
         .samples = request.samples, .seconds = request.seconds, .relativeError = request.relativeError};
@@ -93,16 +112,29 @@ PlannedPicture PlanPicture(EditedScene& scene, SettingTexts settings, const Pict
     return planned;
 }
 
-FinishedPicture Render(std::span<rhi::Device* const> devices, PlannedPicture planned,
-                       std::function<bool()> isStopRequested,
-                       const std::function<void(const ProgressState&)>& progress) {
-    planned.rule.isStopRequested = std::move(isStopRequested);
-    Session session(devices, std::move(planned.input), planned.desc);
-    const RunSummary run = session.Run(planned.rule, progress);
-    return {.render = session.Result().render,
-            .display = session.Display(),
-            .seconds = run.seconds,
-            .wasStopped = run.wasStopped};
+std::optional<FinishedPicture> Render(std::vector<std::shared_ptr<rhi::Device>> devices,
+                                      PlannedPicture planned, const std::function<bool()>& isStopRequested,
+                                      const std::function<bool(const ProgressState&)>& goesOn) {
+    // The work has `goesOn` for the questions that the caller answers, and for nothing else
+    auto work = [devices = std::move(devices), planned = std::move(planned), hasProgress = bool(goesOn),
+                 &goesOn](Caller& caller) mutable -> FinishedPicture {
+        bool isEnded = false;
+        planned.rule.isStopRequested = [&] { return isEnded || caller.IsStopRequested(); };
+        std::function<void(const ProgressState&)> progress;
+        if (hasProgress)
+            progress = [&](const ProgressState& state) { caller.Ask([&] { isEnded |= !goesOn(state); }); };
+        std::vector<rhi::Device*> used;
+        for (const auto& device : devices) used.push_back(device.get());
+        Session session(used, std::move(planned.input), planned.desc);
+        planned.resumed.reset();  // it may be large
+        const RunSummary run = session.Run(planned.rule, progress);
+        caller.ThrowIfStopRequested();
+        return {.render = session.Result().render,
+                .display = session.Display(),
+                .seconds = run.seconds,
+                .wasStopped = run.wasStopped};
+    };
+    return RunInterruptibly(std::move(work), isStopRequested);
 }
 
 std::vector<PictureChannel> ChannelsOf(const RenderFile& render) {

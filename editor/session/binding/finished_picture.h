@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +28,9 @@ struct PictureRequest {
     float exposureEv = 0.0f;
     std::string tonemap;     // "": the default
     std::string whitePoint;  // "auto" or kelvin; "": the display's white
+    // The render that the picture continues; null: none. Settings and AOVs that are not asked for, and a first
+    // sample of 0, are those of the render; `samples` counts its samples, too.
+    std::shared_ptr<const ResumedRender> resumed = nullptr;
 };
 
 // Returns how the picture is shown. `input` is for a white point of the scene's light, "auto"; without it
@@ -40,10 +43,12 @@ struct PlannedPicture {
     SceneInput input;
     SessionDesc desc;
     StopRule rule;
+    std::shared_ptr<const ResumedRender> resumed;  // what desc.resumed points to
 };
 
-// Takes a copy of the scene. Throws SettingError of kind Usage for what is asked for and cannot be had, and
-// as SettingsFrom and EditedScene::Update do.
+// Takes a copy of the scene. Throws SettingError of kind Usage for what is asked for and cannot be had, for
+// what differs from the render to resume, and for one without a limit of samples, time or error; and as
+// SettingsFrom, EditedScene::Update and RequireResumable do.
 RAYGRAPH_API PlannedPicture PlanPicture(EditedScene& scene, SettingTexts settings,
                                         const PictureRequest& request);
 
@@ -54,10 +59,13 @@ struct FinishedPicture {
     bool wasStopped = false;
 };
 
-// Renders on one device or several of one kind. A run that `isStopRequested` ends has the samples so far.
-RAYGRAPH_API FinishedPicture Render(std::span<rhi::Device* const> devices, PlannedPicture planned,
-                                    std::function<bool()> isStopRequested,
-                                    const std::function<void(const ProgressState&)>& progress);
+// Renders on one device or several of one kind, as RunInterruptibly does. `goesOn`, which may be empty, is called
+// on this thread after each sample; false ends the run with the samples so far. None: `isStopRequested` has
+// ended it without a picture.
+RAYGRAPH_API std::optional<FinishedPicture> Render(std::vector<std::shared_ptr<rhi::Device>> devices,
+                                                   PlannedPicture planned,
+                                                   const std::function<bool()>& isStopRequested,
+                                                   const std::function<bool(const ProgressState&)>& goesOn);
 
 // Describes an array of a picture, whose memory it views. A pixel has `channels` 32-bit numbers, and the next
 // one begins `stride` numbers later. Rows are from the top, without gaps.

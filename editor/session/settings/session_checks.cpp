@@ -119,6 +119,38 @@ void RequireSame(const ResumedRender& resumed, const RenderFile& described) {
         throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path, mismatch);
 }
 
+namespace {
+
+[[noreturn]] void RefuseOther(const ResumedRender& resumed, const std::string& setting,
+                              const std::string& given, const std::string& has) {
+    throw SettingError(ErrorKind::Usage,
+                       Text("{} {}: {} was rendered with {}", setting, given, resumed.path, Printable(has)));
+}
+
+}  // namespace
+
+PictureSettings SettingsToResume(const ResumedRender& resumed, const SettingTexts& given) {
+    SettingTexts inFile = Texts(SettingsFrom(resumed.render.settings));
+    for (const auto& [name, text] : given) {
+        std::string& has = inFile.at(name);
+        // An open setting stands for the value that was chosen for the render
+        if (has == text || IsOpen(name, text)) continue;
+        if (!IsOpen(name, has)) RefuseOther(resumed, name, text, has.empty() ? "the default" : has);
+        has = text;
+    }
+    return SettingsFrom(inFile);
+}
+
+void RequireAovs(const ResumedRender& resumed, const AovSet& given) {
+    if (const AovSet has = AovsOf(resumed.render); given != has)
+        RefuseOther(resumed, "aov", ListOf(given), ListOf(has));
+}
+
+void RequireFirstSample(const ResumedRender& resumed, uint32_t given) {
+    if (const uint32_t has = resumed.render.samples.front().first; given != has)
+        RefuseOther(resumed, "sample-offset", std::to_string(given), std::to_string(has));
+}
+
 void RequireValidRule(const StopRule& rule, uint32_t firstSample, uint32_t before, bool canEstimateError) {
     if (!rule.samples && !rule.seconds && !rule.relativeError) Reject("a run without an end");
     if (rule.relativeError && !canEstimateError)

@@ -1,0 +1,120 @@
+#include "editor/session/binding/interruptible.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace raygraph::session {
+
+struct Caller::State {
+    std::mutex lock;
+    std::condition_variable changed;
+    const std::function<void()>* question = nullptr;  // to be run by the caller
+    bool isStopRequested = false, isDone = false, isAbandoned = false;
+    bool isStopped = false;  // it has ended by ThrowIfStopRequested
+    std::exception_ptr failure;
+};
+
+namespace {
+
+struct Stopped {};
+
+// Lives as long as the process: threads that are left behind may end after its statics.
+struct AbandonedCount {
+    std::mutex lock;
+    std::condition_variable changed;
+    uint32_t count = 0;
+};
+AbandonedCount& Abandoned() {
+    static AbandonedCount& count = *new AbandonedCount;
+    return count;
+}
+
+void Work(const std::shared_ptr<Caller::State>& state, std::function<void(Caller&)> work) {
+    bool isStopped = false;
+    std::exception_ptr failure;
+    try {
+        Caller caller(*state);
+        work(caller);
+    } catch (const Stopped&) {
+        isStopped = true;
+    } catch (...) {
+        failure = std::current_exception();
+    }
+    work = {};  // frees what it owns
+    const std::unique_lock lock(state->lock);
+    state->isDone = true;
+    if (!state->isAbandoned) {
+        state->isStopped = isStopped;
+        state->failure = std::move(failure);
+        state->changed.notify_all();
+        return;
+    }
+    const std::scoped_lock counting(Abandoned().lock);
+    --Abandoned().count;
+    Abandoned().changed.notify_all();
+}
+
+}  // namespace
+
+bool Caller::IsStopRequested() const {
+    const std::scoped_lock lock(m_state.lock);
+    return m_state.isStopRequested;
+}
+
+void Caller::ThrowIfStopRequested() const {
+    if (IsStopRequested()) throw Stopped{};
+}
+
+void Caller::Ask(const std::function<void()>& question) {
+    std::unique_lock lock(m_state.lock);
+    if (m_state.isStopRequested) return;
+    m_state.question = &question;
+    m_state.changed.notify_all();
+    m_state.changed.wait(lock, [&] { return m_state.question == nullptr; });
+}
+
+bool detail::RunOnThread(std::function<void(Caller&)> work, const std::function<bool()>& isStopRequested) {
+    constexpr auto kInterval = std::chrono::milliseconds(20);
+    constexpr auto kGrace = std::chrono::milliseconds(200);
+    const auto state = std::make_shared<Caller::State>();
+    std::thread(Work, state, std::move(work)).detach();
+    std::unique_lock lock(state->lock);
+    const auto needsCaller = [&] { return state->isDone || state->question != nullptr; };
+    while (!state->isDone) {
+        const bool isAsked = state->changed.wait_for(lock, kInterval, needsCaller);
+        if (state->isDone) break;
+        // The work waits for the answer, or does not look at it: neither needs the lock meanwhile
+        const std::function<void()>* const question = state->question;
+        lock.unlock();
+        if (isAsked) (*question)();
+        const bool isStopped = isStopRequested();
+        lock.lock();
+        if (isAsked) {
+            state->question = nullptr;
+            state->changed.notify_all();
+        }
+        if (!isStopped) continue;
+        state->isStopRequested = true;
+        // A question that came meanwhile gets no answer
+        state->question = nullptr;
+        state->changed.notify_all();
+        if (state->changed.wait_for(lock, kGrace, [&] { return state->isDone; })) break;
+        state->isAbandoned = true;
+        const std::scoped_lock counting(Abandoned().lock);
+        ++Abandoned().count;
+        return false;
+    }
+    if (state->failure) std::rethrow_exception(state->failure);
+    return !state->isStopped;
+}
+
+void WaitForAbandonedWork() {
+    std::unique_lock lock(Abandoned().lock);
+    Abandoned().changed.wait(lock, [] { return Abandoned().count == 0; });
+}
+
+}  // namespace raygraph::session
