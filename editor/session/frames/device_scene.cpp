@@ -54,7 +54,13 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     const bool hasMap = !input.environment.rgba.empty();
     m_scene.SetEnvironment(EnvironmentOf(settings, hasMap));
     m_scene.SetScene(std::move(input.data));
-    if (settings.hasGround) m_scene.SetGround(m_atRest.bounds);
+    if (settings.hasGround && !m_atRest.bounds.IsEmpty()) {
+        m_scene.SetGround(m_atRest.bounds);
+        if (groups.namedCount > 0) {  // it emits nothing
+            groups.instances.push_back(gpu::kLightGroupRest);
+            groups.materials.push_back(gpu::kLightGroupRest);
+        }
+    }
     if (m_motion)
         StartPicture();
     else
