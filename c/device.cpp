@@ -76,15 +76,19 @@ class HostMemory final : public rhi::MemoryAllocator {
 
     VkResult CreateBuffer(const VkBufferCreateInfo& info, const rhi::MemoryRequest& request, VkBuffer& buffer,
                           rhi::MemoryAllocation& memory) override {
-        return Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+        const VkResult result = Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
             return m_host.create_buffer(m_host.user, &info, &wanted, &buffer, &made);
         });
+        if (result != VK_SUCCESS) buffer = VK_NULL_HANDLE;  // a host may leave what it has destroyed there
+        return result;
     }
     VkResult CreateImage(const VkImageCreateInfo& info, const rhi::MemoryRequest& request, VkImage& image,
                          rhi::MemoryAllocation& memory) override {
-        return Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+        const VkResult result = Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
             return m_host.create_image(m_host.user, &info, &wanted, &image, &made);
         });
+        if (result != VK_SUCCESS) image = VK_NULL_HANDLE;  // a host may leave what it has destroyed there
+        return result;
     }
     VkResult Allocate(const VkMemoryRequirements& requirements, const rhi::MemoryRequest& request,
                       rhi::MemoryAllocation& memory) override {

@@ -553,7 +553,7 @@ static void PicturesAreMergedAndCompared(RgDevice* device, const char* file, con
     CHECK_OK(rg_settings_set(settings, "size", "12x9"));
     RgPicture* small = Render(device, scene, settings);
     const RgCompared of_small = {.struct_size = sizeof of_small, .picture = small};
-    CHECK_FAILS(rg_compare(device, &a, &of_small, 0, &again), RG_ERROR_BAD_INPUT, "12 x 9");
+    CHECK_FAILS(rg_compare(device, &a, &of_small, 0, &again), RG_ERROR_BAD_INPUT, "12x9");
     rg_picture_destroy(small);
     rg_picture_destroy(merged);
     rg_picture_destroy(rest);
