@@ -45,8 +45,8 @@ class Run:
                 start = time.monotonic()
             self.word = process.stdout.readline()  # "" if the script ends before it has one
             self.seconds = time.monotonic() - start  # from the signal on, if there was one
-            rest, self.messages = process.communicate(timeout=300)
-            self.printed, self.status = self.word + rest, process.returncode
+            self.printed = self.word + process.stdout.read()
+            self.messages, self.status = process.stderr.read(), process.wait()
         finally:
             process.kill()
 
