@@ -68,9 +68,9 @@ void CountingAllocator::Free(void* user, void* memory) {
     std::free(static_cast<std::byte*>(memory) - header);
 }
 
-HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
+HostDevice::HostDevice(bool wantsValidation) : m_loader(rhi::VulkanLoader::Open()) {
     try {
-        CreateInstance(rhi::LoadGlobalFunctions(m_loader->GetInstanceProcAddr()));
+        CreateInstance(rhi::LoadGlobalFunctions(m_loader->GetInstanceProcAddr()), wantsValidation);
         CreateDevice();
     } catch (...) {
         Destroy();
@@ -78,15 +78,16 @@ HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
     }
 }
 
-void HostDevice::CreateInstance(const rhi::GlobalFunctions& global) {
+void HostDevice::CreateInstance(const rhi::GlobalFunctions& global, bool wantsValidation) {
     constexpr const char* kLayer = "VK_LAYER_KHRONOS_validation";
     uint32_t layerCount = 0;
     global.vkEnumerateInstanceLayerProperties(&layerCount, nullptr);
     std::vector<VkLayerProperties> layers(layerCount);
     global.vkEnumerateInstanceLayerProperties(&layerCount, layers.data());
-    const bool hasLayer = std::any_of(layers.begin(), layers.end(), [&](const VkLayerProperties& layer) {
-        return std::strcmp(layer.layerName, kLayer) == 0;
-    });
+    const bool hasLayer =
+        wantsValidation && std::any_of(layers.begin(), layers.end(), [&](const VkLayerProperties& layer) {
+            return std::strcmp(layer.layerName, kLayer) == 0;
+        });
     uint32_t extensionCount = 0;
     global.vkEnumerateInstanceExtensionProperties(nullptr, &extensionCount, nullptr);
     std::vector<VkExtensionProperties> known(extensionCount);

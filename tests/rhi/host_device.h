@@ -30,10 +30,10 @@ class CountingAllocator {
     std::atomic<int64_t> m_live{0}, m_total{0};
 };
 
-// Has validation layers where they are installed, and stores their messages.
+// Has validation layers where they are installed and wanted, and stores their messages.
 class HostDevice {
   public:
-    HostDevice();
+    explicit HostDevice(bool wantsValidation = true);
     ~HostDevice();
     HostDevice(const HostDevice&) = delete;
     HostDevice& operator=(const HostDevice&) = delete;
@@ -50,7 +50,7 @@ class HostDevice {
     const std::string& ValidationText() const { return m_validationText; }
 
   private:
-    void CreateInstance(const rhi::GlobalFunctions& global);
+    void CreateInstance(const rhi::GlobalFunctions& global, bool wantsValidation);
     void CreateDevice();
     void Destroy();
 

@@ -88,8 +88,10 @@ TEST_F(QueuesTest, WorkOfOneQueue_CanWaitForAnother) {
     EXPECT_TRUE(device->HasCompleted(held));
 }
 
-// The main queue completes nothing for longer than the limit, but the compute queue goes on.
-TEST_F(QueuesTest, ProgressOfAnotherQueue_IsNoHang) {
+// The main queue completes nothing for longer than the limit, but the compute queue goes on. Validation layers
+// may wait for a gate in a thread of their own, give up, and say so.
+TEST(Queues, ProgressOfAnotherQueue_IsNoHang) {
+    const HostDevice host(false);
     rhi::AdoptedDeviceDesc desc = host.DescWithQueues();
     desc.hangLimit = std::chrono::milliseconds(400);
     const std::unique_ptr<rhi::Device> slow = rhi::Device::Adopt(desc);

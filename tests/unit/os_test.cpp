@@ -472,7 +472,7 @@ TEST(OsChildProcess, GivesItsOutputOrNoneOfAFailureAndEndsWithTheObject) {
     EXPECT_TRUE(std::filesystem::exists(ProgramFile()));
     const auto start = std::chrono::steady_clock::now();
     {
-        ChildProcess killed({"sh", "-c", "trap '' TERM; sleep 600"});
+        ChildProcess killed({"sh", "-c", "trap '' TERM; exec sleep 600"});
         killed.Kill();
         EXPECT_FALSE(killed.IsRunning());
         EXPECT_EQ(killed.ExitStatus(), std::nullopt);
