@@ -212,8 +212,8 @@ typedef struct RgMemory {
 } RgMemory;
 
 // Gives the memory of a host that manages all of it. Called from any thread, several at once. The first three
-// return the VkResult of the call that failed, and have then created nothing. They fill `memory`, which is zero
-// but for its struct_size. Memory of buffers and blocks is allocated with
+// return the VkResult of the call that failed, and have then created nothing. They fill `memory`, which is
+// zero but for its struct_size. Memory of buffers and blocks is allocated with
 // VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT.
 typedef struct RgMemoryAllocator {
     uint32_t struct_size;
@@ -432,10 +432,10 @@ typedef struct RgProgress {
     double relative_error;      // below 0: not known
     double seconds_left;        // below 0: not known
 } RgProgress;
-// Is called on the thread in rg_render: some times a second, with 0 samples, until there is one, and after each
-// sample. False ends the render with what there is; without a sample the call returns RG_ERROR_STOPPED at once,
-// and what cannot be ended, such as a shader that the driver compiles, goes on on another thread, until
-// rg_device_destroy has waited for it.
+// Is called on the thread in rg_render: some times a second, with 0 samples, until there is one, and after
+// each sample. False ends the render with what there is; without a sample the call returns RG_ERROR_STOPPED
+// at once, and what cannot be ended, such as a shader that the driver compiles, goes on on another thread,
+// until rg_device_destroy has waited for it.
 typedef bool (*RgProgressCallback)(void* user, const RgProgress* progress);
 
 // Renders a picture with the bits of `raygraph render` on the same device. `settings` may be NULL; without

@@ -43,8 +43,8 @@ auto WithoutGil(Run&& run) {
     return std::forward<Run>(run)();
 }
 
-// Asks Python during a call whether a signal has come, as Ctrl-C. What a question raises ends the call, and is
-// raised after it. Each question takes the GIL, which its thread does not hold.
+// Asks Python during a call whether a signal has come, as Ctrl-C. What a question raises ends the call, and
+// is raised after it. Each question takes the GIL, which its thread does not hold.
 class Listener {
   public:
     template <typename Question>

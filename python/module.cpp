@@ -1,6 +1,5 @@
 // The Python module raygraph._core: errors, messages and devices. The package around it is raygraph/.
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <mutex>
 
@@ -107,13 +106,15 @@ void End() {
     const py::module_ sys = py::module_::import("sys");
     const bool isKilled = !py::hasattr(sys, "ps1") && py::hasattr(sys, "last_type") &&
                           sys.attr("last_type").ptr() == PyExc_KeyboardInterrupt;
-    const PyOS_sighandler_t before = PyOS_setsig(SIGINT, SIG_DFL);  // Ctrl-C ends the wait, and the process
+    // Ctrl-C ends the wait, and the process
+    const py::module_ signals = py::module_::import("signal");
+    const py::object before = signals.attr("signal")(signals.attr("SIGINT"), signals.attr("SIG_DFL"));
     WithoutGil([&] {
         DefaultDevice().reset();
         if (!isKilled) session::WaitForAbandonedWork();
         return 0;
     });
-    PyOS_setsig(SIGINT, before);
+    if (!before.is_none()) signals.attr("signal")(signals.attr("SIGINT"), before);  // none: not Python's
 }
 
 void BindDevices(py::module_& module) {

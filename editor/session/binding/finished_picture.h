@@ -28,8 +28,8 @@ struct PictureRequest {
     float exposureEv = 0.0f;
     std::string tonemap;     // "": the default
     std::string whitePoint;  // "auto" or kelvin; "": the display's white
-    // The render that the picture continues; null: none. Settings and AOVs that are not asked for, and a first
-    // sample of 0, are those of the render; `samples` counts its samples, too.
+    // The render that the picture continues; null: none. Settings and AOVs that are not asked for, and a
+    // first sample of 0, are those of the render; `samples` counts its samples, too.
     std::shared_ptr<const ResumedRender> resumed = nullptr;
 };
 
@@ -59,9 +59,9 @@ struct FinishedPicture {
     bool wasStopped = false;
 };
 
-// Renders on one device or several of one kind, as RunInterruptibly does. `goesOn`, which may be empty, is called
-// on this thread after each sample; false ends the run with the samples so far. None: `isStopRequested` has
-// ended it without a picture.
+// Renders on one device or several of one kind, as RunInterruptibly does. `goesOn`, which may be empty, is
+// called on this thread after each sample; false ends the run with the samples so far. None:
+// `isStopRequested` has ended it without a picture.
 RAYGRAPH_API std::optional<FinishedPicture> Render(std::vector<std::shared_ptr<rhi::Device>> devices,
                                                    PlannedPicture planned,
                                                    const std::function<bool()>& isStopRequested,

@@ -1,6 +1,6 @@
-// RunInterruptibly: what a binding of another language runs where its user may lose patience. A driver compiles
-// shaders for seconds in one call that nothing ends, and files are read in large pieces: the work has a thread
-// of its own, which the caller leaves behind.
+// RunInterruptibly: what a binding of another language runs where its user may lose patience. A driver
+// compiles shaders for seconds in one call that nothing ends, and files are read in large pieces: the work
+// has a thread of its own, which the caller leaves behind.
 // Threads: any number of calls at once.
 #pragma once
 
@@ -36,8 +36,8 @@ class RAYGRAPH_API Caller {
 
 // Runs `work(caller)` on another thread, and returns what it returns or throws what it throws. All that it
 // captures is gone by then. Meanwhile `isStopRequested`, which throws nothing, is called on this thread every
-// 20 ms. Once it returns true the work has 0.2 seconds to end by itself. After that it is left behind, and the
-// function returns none: so the work must own all that it uses, and its result is dropped.
+// 20 ms. Once it returns true the work has 0.2 seconds to end by itself. After that it is left behind, and
+// the function returns none: so the work must own all that it uses, and its result is dropped.
 template <typename Work>
 auto RunInterruptibly(Work work, const std::function<bool()>& isStopRequested)
     -> std::optional<std::invoke_result_t<Work&, Caller&>>;

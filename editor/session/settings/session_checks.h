@@ -23,8 +23,9 @@ void RequireDenoisable(const SessionDesc& desc, size_t deviceCount);
 // Does so for a resumed render in a session whose render is `described`.
 void RequireSame(const ResumedRender& resumed, const RenderFile& described);
 
-// Returns the settings with which a render goes on: its own, with those of `given` that it leaves open. Throws
-// SettingError of kind Usage, "max-depth 4: a.exr was rendered with 8", for one of `given` that differs.
+// Returns the settings with which a render goes on: its own, with those of `given` that it leaves open.
+// Throws SettingError of kind Usage, "max-depth 4: a.exr was rendered with 8", for one of `given` that
+// differs.
 RAYGRAPH_API PictureSettings SettingsToResume(const ResumedRender& resumed, const SettingTexts& given);
 // Throw such an Error for AOVs and a first sample that are given and are not those of the render.
 RAYGRAPH_API void RequireAovs(const ResumedRender& resumed, const AovSet& given);
