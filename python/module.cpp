@@ -108,7 +108,12 @@ void End() {
                           sys.attr("last_type").ptr() == PyExc_KeyboardInterrupt;
     // Ctrl-C ends the wait, and the process
     const py::module_ signals = py::module_::import("signal");
-    const py::object before = signals.attr("signal")(signals.attr("SIGINT"), signals.attr("SIG_DFL"));
+    py::object before = py::none();
+    try {
+        before = signals.attr("signal")(signals.attr("SIGINT"), signals.attr("SIG_DFL"));
+    } catch (const py::error_already_set&) {
+        // Only the main thread sets signals
+    }
     WithoutGil([&] {
         DefaultDevice().reset();
         if (!isKilled) session::WaitForAbandonedWork();

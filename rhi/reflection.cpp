@@ -388,6 +388,10 @@ void MergeBinding(ShaderInterface& merged, const NamedReflection& stage, const B
                   stage.name, binding.name, binding.set));
     if (binding.count == 0)
         Fail(stage.name + ": '" + binding.name + "' is a runtime array in set 0; give it a size");
+    constexpr uint32_t kMaxElements = 4096;  // far more than devices bind, and few enough to list
+    if (binding.count > kMaxElements)
+        Fail(Text("{}: '{}' is an array of {} in set 0, at most {} are bound", stage.name, binding.name,
+                  binding.count, kMaxElements));
     for (BindingInfo& known : merged.bindings) {
         if (!Collide(known, binding)) continue;
         CheckAgree(known, stage.name, binding);

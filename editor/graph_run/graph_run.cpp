@@ -368,8 +368,11 @@ void Runner::Bind(PassBuilder& builder, const rhi::Binding& binding, Resource& r
     const auto write = [&](auto& id) {
         id = isUpdate ? builder.Updates(binding.name, id) : builder.Writes(binding.name, id);
     };
+    rhi::SamplerDesc sampler;
+    if (IsUint(resource.texture.format))  // Vulkan filters no integers
+        sampler.magFilter = sampler.minFilter = sampler.mipFilter = rhi::Filter::Nearest;
     if (binding.kind == rhi::BindingKind::SampledImage)
-        builder.Reads(binding.name, resource.textureId, rhi::SamplerDesc{});
+        builder.Reads(binding.name, resource.textureId, sampler);
     else if (!binding.isWritable && resource.isTexture)
         builder.Reads(binding.name, resource.textureId);
     else if (!binding.isWritable)
@@ -528,8 +531,10 @@ void WriteOutputExr(const OutputValues& values, const std::filesystem::path& fil
     const testing::Texels texels = testing::DecodeTexels(values.bytes, values.extent, values.format);
     // Floats have not all integers.
     std::vector<uint32_t> words;
-    if (IsUint(values.format)) words.resize(values.bytes.size() / sizeof(uint32_t));
-    std::memcpy(words.data(), values.bytes.data(), words.size() * sizeof(uint32_t));
+    if (IsUint(values.format)) {
+        words.resize(values.bytes.size() / sizeof(uint32_t));
+        std::memcpy(words.data(), values.bytes.data(), words.size() * sizeof(uint32_t));
+    }
     std::vector<image::ExrPlane> planes(channels);
     for (uint32_t c = 0; c < channels; ++c) {
         planes[c] = {.name = kNames[channels - 1][c], .samples = {}, .stride = channels};

@@ -309,6 +309,13 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared, bool has
     rhi::Extent2D extent;
     uint32_t layerCount = 1;
     const Shader* vertex = declared.request.vertex;
+    if (vertex && vertex->reflection.writesLayer && !hasLayeredTargets)
+        Fail(pass,
+             "runs {}, which writes gl_Layer, but the device has no layered targets (shaderOutputLayer)",
+             vertex->name);
+    constexpr size_t kMaxColorTargets = 8;  // of every device (maxColorAttachments)
+    if (declared.colors.size() > kMaxColorTargets)
+        Fail(pass, "has {} color targets, at most {}", declared.colors.size(), kMaxColorTargets);
     const auto checkShape = [&](const GraphResource& target, const Subresources& part) {
         if (part.levelCount != 1)
             Fail(pass, "draws to {} levels of {}: a target is one level, as in Level(0)", part.levelCount,
@@ -316,9 +323,6 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared, bool has
         if (part.layerCount != 1 && !(vertex && vertex->reflection.writesLayer))
             Fail(pass,
                  "draws to {} layers of {}, but its vertex shader does not write gl_Layer; one is Layer(0)",
-                 part.layerCount, Quoted(target.name));
-        if (part.layerCount != 1 && !hasLayeredTargets)
-            Fail(pass, "draws to {} layers of {}, but the device has no layered targets (shaderOutputLayer)",
                  part.layerCount, Quoted(target.name));
         const rhi::Extent2D own = rhi::MipExtent(target.extent, part.level);
         if (!first) {

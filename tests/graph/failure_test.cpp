@@ -471,6 +471,7 @@ TEST(Misuse, TargetsThatDoNotFitTogether) {
     GraphMaker graph;
     const TextureId faces = graph.Fill("Make", graph.Chain("faces", 3, 6));
     Shader plain, layered;
+    layered.name = "layers.vert";
     layered.reflection.writesLayer = true;
     const auto refusal = [&](const std::vector<Subresources>& targets, const Shader* vertex = nullptr,
                              bool hasLayeredTargets = true) {
@@ -490,7 +491,9 @@ TEST(Misuse, TargetsThatDoNotFitTogether) {
         R"(pass "Draw" draws to 6 layers of "faces", but its vertex shader does not write gl_Layer; one is Layer(0))");
     EXPECT_EQ(
         refusal({Level(1)}, &layered, false),
-        R"(pass "Draw" draws to 6 layers of "faces", but the device has no layered targets (shaderOutputLayer))");
+        R"(pass "Draw" runs layers.vert, which writes gl_Layer, but the device has no layered targets (shaderOutputLayer))");
+    EXPECT_EQ(refusal(std::vector<Subresources>(9, Subresource(1, 0)), &plain),
+              R"(pass "Draw" has 9 color targets, at most 8)");
     EXPECT_EQ(refusal({Level(1)}, &layered), "accepted");
     const Subresources two{.level = 1, .levelCount = 1, .layer = 0, .layerCount = 2};
     EXPECT_EQ(refusal({two, Subresource(1, 3)}, &layered),

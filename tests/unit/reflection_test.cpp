@@ -439,6 +439,8 @@ TEST(ShaderInterface, ElementsOfArrays_AreBindings) {
         EXPECT_EQ(info.isUsed, i < 5) << info.name;
     }
     EXPECT_EQ(merged.Find("maps"), nullptr);
+    EXPECT_EQ(RefusalOf({Stage("a.rgen", "layout(binding = 0) uniform sampler2D maps[100000000];", "")}),
+              "a.rgen: 'maps' is an array of 100000000 in set 0, at most 4096 are bound");
 }
 
 TEST(ShaderInterface, DifferentShapesAreConflicts) {
