@@ -131,7 +131,7 @@ void RunScripts(Input input) {
     });
 }
 
-// What is read refers to resources that are there, and to files below its folder.
+// A description that is accepted names only resources that exist, and files below its folder.
 void RunGraphFiles(Input input) {
     graph_run::GraphFile graph;
     const auto read = [&] { graph = graph_run::ParseGraphFile(AsText(input), "graph"); };

@@ -89,7 +89,7 @@ TEST_F(QueuesTest, WorkOfOneQueue_CanWaitForAnother) {
 }
 
 // The main queue completes nothing for longer than the limit, but the compute queue goes on. Validation layers
-// may wait for a gate in a thread of their own, give up, and say so.
+// would wait for the gates on a thread of their own, and report a timeout.
 TEST(Queues, ProgressOfAnotherQueue_IsNoHang) {
     const HostDevice host(false);
     rhi::AdoptedDeviceDesc desc = host.DescWithQueues();
