@@ -1,5 +1,6 @@
 import os
 import pathlib
+import signal
 import subprocess
 
 import pytest
@@ -9,6 +10,10 @@ import raygraph as rg
 SCENES = pathlib.Path(os.environ["RAYGRAPH_SCENES"]).resolve()
 EXAMPLES = pathlib.Path(rg.__file__).resolve().parent.parent / "examples"
 PROGRAM = os.environ["RAYGRAPH_PROGRAM"]
+
+
+# A shell that starts commands in the background lets them ignore Ctrl-C, which Python then does too.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session", autouse=True)
