@@ -39,6 +39,8 @@ struct BoundResource {
     VkAccelerationStructureKHR accelerationStructure = VK_NULL_HANDLE;
 };
 
+constexpr uint32_t kMaxColorTargets = 8;  // of one pass, on every device (maxColorAttachments)
+
 struct ColorTarget {
     const Texture* texture = nullptr;
     bool clear = true;

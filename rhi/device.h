@@ -130,8 +130,10 @@ struct DeviceInfo {
     uint64_t storageAlignment = 0;  // bytes, minStorageBufferOffsetAlignment
     uint64_t uniformAlignment = 0;
     uint64_t maxBufferBytes = 0;
-    uint64_t maxStorageBufferBytes = 0;  // limit of a buffer that a shader binds: maxStorageBufferRange
-    uint32_t maxTextureExtent = 0;       // texels a side
+    // Limits of what a shader binds: maxStorageBufferRange of a buffer, maxUniformBufferRange of a block
+    uint64_t maxStorageBufferBytes = 0;
+    uint64_t maxUniformBufferBytes = 0;
+    uint32_t maxTextureExtent = 0;  // texels a side
     uint32_t maxTextureLayers = 0;
     uint32_t subgroupSize = 0;
     OptionalFeatures optional;

@@ -97,6 +97,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.uniformAlignment = properties.limits.minUniformBufferOffsetAlignment;
     info.maxBufferBytes = chain.Get<VkPhysicalDeviceMaintenance4Properties>().maxBufferSize;
     info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
+    info.maxUniformBufferBytes = properties.limits.maxUniformBufferRange;
     info.maxTextureExtent = properties.limits.maxImageDimension2D;
     info.maxTextureLayers = properties.limits.maxImageArrayLayers;
     info.subgroupSize = chain.Get<VkPhysicalDeviceSubgroupProperties>().subgroupSize;

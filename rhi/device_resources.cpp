@@ -197,6 +197,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     buffer.m_device = this;
     CheckMemory(m_impl->allocator->CreateBuffer(info, request, buffer.m_buffer, buffer.m_memory), subject);
     buffer.m_mapped = buffer.m_memory.mapped;
+    buffer.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT;
     TrackMemory(buffer.m_memory, subject, desc.memory == MemoryKind::Device);
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
@@ -212,6 +213,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
     Buffer buffer;
     buffer.m_desc = desc;
     buffer.m_buffer = handle;
+    buffer.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT;
     buffer.m_device = this;
     const VkBindBufferMemoryInfo bind{VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO, nullptr, handle,
                                       memory.m_memory.memory, memory.m_memory.offset};
@@ -228,6 +230,7 @@ Buffer Device::WrapBuffer(const BufferDesc& desc, VkBuffer buffer) {
     wrapped.m_desc = desc;
     wrapped.m_buffer = buffer;
     wrapped.m_ownsBuffer = false;
+    wrapped.m_isShared = desc.isShared;
     wrapped.m_device = this;
     return wrapped;
 }
@@ -278,7 +281,7 @@ Texture Device::CreateTexture(const TextureDesc& desc) {
     const VkImageCreateInfo info = CreateInfo(desc, QueueFamilies());
     Texture texture;
     texture.m_desc = desc;
-    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT || QueueFamilies().size() == 1;
+    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT;
     texture.m_device = this;
     CheckMemory(
         m_impl->allocator->CreateImage(info, {.name = desc.name.c_str()}, texture.m_image, texture.m_memory),
@@ -296,7 +299,7 @@ Texture Device::CreateTexture(const TextureDesc& desc, const MemoryBlock& memory
     Texture texture;
     texture.m_desc = desc;
     texture.m_image = image;
-    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT || QueueFamilies().size() == 1;
+    texture.m_isShared = info.sharingMode == VK_SHARING_MODE_CONCURRENT;
     texture.m_device = this;
     const VkBindImageMemoryInfo bind{VK_STRUCTURE_TYPE_BIND_IMAGE_MEMORY_INFO, nullptr, image,
                                      memory.m_memory.memory, memory.m_memory.offset};
@@ -312,7 +315,7 @@ Texture Device::WrapTexture(const TextureDesc& desc, VkImage image) {
     texture.m_desc = desc;
     texture.m_image = image;
     texture.m_ownsImage = false;
-    texture.m_isShared = desc.isShared || QueueFamilies().size() == 1;
+    texture.m_isShared = desc.isShared;
     texture.m_device = this;
     Finish(texture);
     return texture;

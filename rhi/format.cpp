@@ -87,6 +87,10 @@ bool IsDepth(Format format) {
     return format == Format::D32Float;
 }
 
+bool IsUint(Format format) {
+    return format == Format::R32Uint || format == Format::Rg32Uint || format == Format::Rgba32Uint;
+}
+
 Extent2D BlockCounts(Format format, Extent2D extent) {
     const uint32_t side = BlockSide(format);
     return {(extent.width + side - 1) / side, (extent.height + side - 1) / side};

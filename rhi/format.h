@@ -54,6 +54,7 @@ RAYGRAPH_API uint32_t BlockSide(Format format);
 // Returns text such as "rgba32f" or "rgba8-srgb", for plan text, labels and errors.
 RAYGRAPH_API const char* Name(Format format);
 RAYGRAPH_API bool IsDepth(Format format);
+RAYGRAPH_API bool IsUint(Format format);
 
 struct Extent2D {
     uint32_t width = 0;

@@ -69,6 +69,22 @@ std::optional<Format> FormatOf(spv::ImageFormat format) {
     }
 }
 
+std::optional<ConstantType> ConstantTypeOf(const spirv_cross::SPIRType& type) {
+    if (type.width != 32 && type.basetype != spirv_cross::SPIRType::Boolean) return std::nullopt;
+    switch (type.basetype) {
+        case spirv_cross::SPIRType::Float:
+            return ConstantType::Float;
+        case spirv_cross::SPIRType::Int:
+            return ConstantType::Int;
+        case spirv_cross::SPIRType::UInt:
+            return ConstantType::Uint;
+        case spirv_cross::SPIRType::Boolean:
+            return ConstantType::Bool;
+        default:
+            return std::nullopt;
+    }
+}
+
 // Reads one module; holds the state that all steps need.
 class Reflector {
   public:
@@ -152,6 +168,10 @@ class Reflector {
         if ((image.dim != spv::Dim2D && !isCube) || (isCube && image.arrayed) || image.ms)
             Fail("'{}' is not a 2D image, an array of them or a cube map, and cannot be bound", binding.name);
         binding.shape = isCube ? ImageShape::Cube : image.arrayed ? ImageShape::Array : ImageShape::Plain;
+        const auto texels = m_compiler.get_type(image.type).basetype;
+        binding.texelType = texels == spirv_cross::SPIRType::UInt  ? TexelType::Uint
+                            : texels == spirv_cross::SPIRType::Int ? TexelType::Int
+                                                                   : TexelType::Float;
         if (kind == BindingKind::SampledImage) return;
         binding.isReadable = !m_compiler.has_decoration(resource.id, spv::DecorationNonReadable);
         binding.isWritable = !m_compiler.has_decoration(resource.id, spv::DecorationNonWritable);
@@ -231,22 +251,9 @@ class Reflector {
             out.name = m_compiler.get_name(constant.id);
             const auto& value = m_compiler.get_constant(constant.id);
             out.defaultValue = value.scalar();
-            switch (m_compiler.get_type(value.constant_type).basetype) {
-                case spirv_cross::SPIRType::Boolean:
-                    out.type = ConstantType::Bool;
-                    break;
-                case spirv_cross::SPIRType::Int:
-                    out.type = ConstantType::Int;
-                    break;
-                case spirv_cross::SPIRType::UInt:
-                    out.type = ConstantType::Uint;
-                    break;
-                case spirv_cross::SPIRType::Float:
-                    out.type = ConstantType::Float;
-                    break;
-                default:
-                    Fail("specialization constant {} '{}' is not of a 32-bit type", out.id, out.name);
-            }
+            const std::optional<ConstantType> type = ConstantTypeOf(m_compiler.get_type(value.constant_type));
+            if (!type) Fail("specialization constant {} '{}' is not of a 32-bit type", out.id, out.name);
+            out.type = *type;
             m_result.specialization.push_back(std::move(out));
         }
         // The compiler may declare one id twice: for the workgroup size and for gl_WorkGroupSize.
@@ -314,6 +321,18 @@ const char* Name(BindingKind kind) {
     return "?";
 }
 
+const char* Name(TexelType type) {
+    switch (type) {
+        case TexelType::Float:
+            return "float";
+        case TexelType::Int:
+            return "int";
+        case TexelType::Uint:
+            return "uint";
+    }
+    return "?";
+}
+
 ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name) {
     constexpr uint32_t kHeaderWords = 5;
     if (spirv.size() < kHeaderWords || spirv[0] != spv::MagicNumber)
@@ -323,6 +342,24 @@ ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name)
     } catch (const spirv_cross::CompilerError& error) {
         throw MakeError(ErrorKind::Usage, "{}: malformed SPIR-V: {}", name, error.what());
     }
+}
+
+std::vector<BlockMember> PushConstantMembers(std::span<const uint32_t> spirv) {
+    const spirv_cross::Compiler compiler(spirv.data(), spirv.size());
+    std::vector<BlockMember> members;
+    for (const auto& resource : compiler.get_shader_resources().push_constant_buffers) {
+        const spirv_cross::SPIRType& block = compiler.get_type(resource.base_type_id);
+        for (uint32_t i = 0; i < block.member_types.size(); ++i) {
+            const spirv_cross::SPIRType& type = compiler.get_type(block.member_types[i]);
+            const std::optional<ConstantType> known = ConstantTypeOf(type);
+            const bool isVector = known && type.columns == 1 && type.array.empty();
+            members.push_back({.name = compiler.get_member_name(resource.base_type_id, i),
+                               .offset = compiler.type_struct_member_offset(block, i),
+                               .type = known.value_or(ConstantType::Float),
+                               .count = isVector ? type.vecsize : 0});
+        }
+    }
+    return members;
 }
 
 ShaderReflection ReflectionOf(const ShaderStage& stage) {
@@ -357,7 +394,7 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
     const bool sameSlot = first.binding == second.binding && first.offset == second.offset;
     const bool sameName = first.name == second.name;
     if (sameSlot && sameName && first.kind == second.kind && first.count == second.count &&
-        first.shape == second.shape &&
+        first.shape == second.shape && first.texelType == second.texelType &&
         (first.imageFormat == second.imageFormat || first.imageFormat == Format::Undefined ||
          second.imageFormat == Format::Undefined))
         return;

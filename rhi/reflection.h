@@ -40,6 +40,9 @@ RAYGRAPH_API VkDescriptorType ToVk(BindingKind kind);
 // Returns text such as "storage image" or "sampled image", for errors.
 RAYGRAPH_API const char* Name(BindingKind kind);
 
+enum class TexelType : uint8_t { Float, Int, Uint };
+RAYGRAPH_API const char* Name(TexelType type);
+
 struct Binding {
     std::string name;
     uint32_t set = 0;
@@ -51,6 +54,7 @@ struct Binding {
     bool isWritable = false;                 // storage images and buffers not declared readonly
     bool isUsed = false;                     // the entry point uses it, so that it must be bound
     ImageShape shape = ImageShape::Plain;    // for images
+    TexelType texelType = TexelType::Float;  // for images
     Format imageFormat = Format::Undefined;  // for storage images; Undefined: the shader states none
     uint32_t blockBytes = 0;                 // of a buffer block or what a reference is to, without a
                                              // trailing runtime array
@@ -87,6 +91,17 @@ struct ShaderReflection {
 // binding of a kind that Raygraph does not support (separate images and samplers, texel buffers, 64-bit
 // specialization constants).
 RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
+
+struct BlockMember {
+    std::string name;
+    uint32_t offset = 0;  // bytes
+    ConstantType type = ConstantType::Float;
+    uint32_t count = 0;  // components of a scalar or vector; 0: it is something else
+};
+
+// Returns the members of the module's push-constant block in order, for programs that fill one by name; none
+// if it has no block.
+RAYGRAPH_API std::vector<BlockMember> PushConstantMembers(std::span<const uint32_t> spirv);
 
 // Returns a copy of ShaderStage::reflection, or the result of Reflect if the stage has none.
 RAYGRAPH_API ShaderReflection ReflectionOf(const ShaderStage& stage);

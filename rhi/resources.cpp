@@ -20,6 +20,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     m_memory = std::exchange(other.m_memory, {});
     m_mapped = std::exchange(other.m_mapped, nullptr);
     m_ownsBuffer = std::exchange(other.m_ownsBuffer, true);
+    m_isShared = std::exchange(other.m_isShared, false);
     return *this;
 }
 
@@ -27,10 +28,6 @@ VkDeviceAddress Buffer::Address() const {
     if (!m_buffer) return 0;
     const VkBufferDeviceAddressInfo ask{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, m_buffer};
     return m_device->Vk().vkGetBufferDeviceAddress(m_device->Handle(), &ask);
-}
-
-bool Buffer::IsShared() const {
-    return m_ownsBuffer || m_device->QueueFamilies().size() == 1;
 }
 
 Buffer::~Buffer() {

@@ -68,6 +68,9 @@ struct BufferDesc {
     // Gives the buffer its own allocation, outside of the blocks that resources share; for large buffers that
     // live long.
     bool hasOwnMemory = false;
+    // For WrapBuffer: all queues of the Device and of the host may access it, without transfers of ownership
+    // (VK_SHARING_MODE_CONCURRENT). The Device shares its own buffers among its queue families in any case.
+    bool isShared = false;
 };
 
 class RAYGRAPH_API Buffer {
@@ -85,8 +88,9 @@ class RAYGRAPH_API Buffer {
     // Returns the mapped bytes of an Upload or Readback buffer, which are coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
-    // Tells whether all queues of the Device can access it, without transfers of ownership: unlike a host's.
-    bool IsShared() const;
+    // Tells whether its sharing mode is concurrent, so that transfers of ownership between queue families are
+    // neither needed nor allowed.
+    bool IsShared() const { return m_isShared; }
     // Returns false for a wrapped buffer of a host: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
@@ -100,6 +104,7 @@ class RAYGRAPH_API Buffer {
     MemoryAllocation m_memory;  // empty: bound to a MemoryBlock, or wrapped
     std::byte* m_mapped = nullptr;
     bool m_ownsBuffer = true;
+    bool m_isShared = false;
 };
 
 enum class TextureUsage : uint32_t {
@@ -143,7 +148,8 @@ class RAYGRAPH_API Texture {
     VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
-    // Tells whether all queues of the Device can access it, without transfers of ownership.
+    // Tells whether its sharing mode is concurrent, so that transfers of ownership between queue families are
+    // neither needed nor allowed.
     bool IsShared() const { return m_isShared; }
     // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;

@@ -171,11 +171,15 @@ void Uploader::SeparateOverlap(VkBuffer buffer, uint64_t begin, uint64_t end) {
     m_written[{buffer, begin}] = end;
 }
 
+bool Uploader::NeedsSharing() const {
+    return m_desc.queue != QueueKind::Main && m_device.QueueFamilies().size() > 1;
+}
+
 void Uploader::UploadBuffer(const Buffer& target, uint64_t offset, std::span<const std::byte> bytes) {
     const std::string subject = "buffer '" + target.Desc().name + "'";
     if (!Has(target.Desc().usage, BufferUsage::CopyDestination))
         RejectCopy(subject, "it has no usage CopyDestination");
-    if (m_desc.queue != QueueKind::Main && !target.IsShared())
+    if (NeedsSharing() && !target.IsShared())
         RejectCopy(subject, "it belongs to the main queue, the upload is for the transfer queue");
     if (bytes.size() > target.Size() || offset > target.Size() - bytes.size())
         RejectCopy(subject, Text("{} bytes at {}, it has {}", bytes.size(), offset, target.Size()));
@@ -203,7 +207,7 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
                                      LevelBytes(target, level), levels[level].size()));
     if (RowBytes(target, 0) > m_chunkBytes)
         RejectCopy(subject, Text("a row is larger than a staging chunk ({} bytes)", m_chunkBytes));
-    if (m_desc.queue != QueueKind::Main && !target.IsShared())
+    if (NeedsSharing() && !target.IsShared())
         RejectCopy(subject, "it belongs to the main queue, the upload is for the transfer queue");
     if (desc.layers != 1) RejectCopy(subject, Text("it has {} layers, an upload is for one", desc.layers));
     if (levels.size() == desc.mipLevels) return;

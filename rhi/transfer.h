@@ -111,6 +111,7 @@ class RAYGRAPH_API Uploader {
         std::span<std::byte> bytes;
     };
     CommandList& List();
+    bool NeedsSharing() const;  // its queue and the main one are of two families
     void Drop();
     // Returns room for at least `least` and at most `wanted` bytes, a multiple of `least`. If the current
     // chunk has less, submits and advances to another one.

@@ -19,7 +19,6 @@
 #include "renderer/graph/renderer.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
-#include "rhi/push_constants.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_compiler.h"
 
@@ -82,11 +81,6 @@ std::optional<uint32_t> WordOf(double value, ConstantType type) {
 const char* NameOf(ConstantType type) {
     constexpr const char* kNames[] = {"bool", "int", "uint", "float"};
     return kNames[static_cast<size_t>(type)];
-}
-
-bool IsUint(rhi::Format format) {
-    return format == rhi::Format::R32Uint || format == rhi::Format::Rg32Uint ||
-           format == rhi::Format::Rgba32Uint;
 }
 
 // Returns the texels of a picture in a format, of which it may have fewer channels than the picture.
@@ -165,7 +159,7 @@ void Runner::LoadTexture(const std::string& name, const FileTexture& file) {
     resource.texture = {.extent = file.size, .format = file.format, .layers = file.layers};
     if (file.file.empty() || LowerExtension(file.file) == ".bin") return;
     const std::string where = Text("textures.{}.file", name);
-    if (IsUint(file.format)) Fail(where, "a picture has no integers; a .bin may have them");
+    if (rhi::IsUint(file.format)) Fail(where, "a picture has no integers; a .bin may have them");
     At(where, [&] {
         const image::ImageF picture = ReadPicture(m_graph.folder / file.file);
         resource.texture.extent = {picture.width, picture.height};
@@ -369,7 +363,7 @@ void Runner::Bind(PassBuilder& builder, const rhi::Binding& binding, Resource& r
         id = isUpdate ? builder.Updates(binding.name, id) : builder.Writes(binding.name, id);
     };
     rhi::SamplerDesc sampler;
-    if (IsUint(resource.texture.format))  // Vulkan filters no integers
+    if (rhi::IsUint(resource.texture.format))  // Vulkan filters no integers
         sampler.magFilter = sampler.minFilter = sampler.mipFilter = rhi::Filter::Nearest;
     if (binding.kind == rhi::BindingKind::SampledImage)
         builder.Reads(binding.name, resource.textureId, sampler);
@@ -531,7 +525,7 @@ void WriteOutputExr(const OutputValues& values, const std::filesystem::path& fil
     const testing::Texels texels = testing::DecodeTexels(values.bytes, values.extent, values.format);
     // Floats have not all integers.
     std::vector<uint32_t> words;
-    if (IsUint(values.format)) {
+    if (rhi::IsUint(values.format)) {
         words.resize(values.bytes.size() / sizeof(uint32_t));
         std::memcpy(words.data(), values.bytes.data(), words.size() * sizeof(uint32_t));
     }

@@ -397,13 +397,13 @@ void Compiler::Acquire() {
         if (!m_plan.lifetimes[r].IsUsed() &&
             std::none_of(m_graph.roots.begin(), m_graph.roots.end(), isRootOf))
             continue;
-        if (state.queueFamily != m_graph.queueFamily) {
-            const GraphResource& resource = m_graph.resources[r];
-            if (resource.kind != ResourceKind::Texture && resource.kind != ResourceKind::Buffer)
-                throw MakeError(
-                    ErrorKind::Usage,
-                    "{}, a {}, comes from queue family {}: what crosses is the buffer that holds it",
-                    Quoted(resource.name), Name(resource.kind), state.queueFamily);
+        const GraphResource& resource = m_graph.resources[r];
+        const bool isForeign = state.queueFamily != m_graph.queueFamily;
+        if (isForeign && resource.kind != ResourceKind::Texture && resource.kind != ResourceKind::Buffer)
+            throw MakeError(ErrorKind::Usage,
+                            "{}, a {}, comes from queue family {}: what crosses is the buffer that holds it",
+                            Quoted(resource.name), Name(resource.kind), state.queueFamily);
+        if (isForeign && !resource.isShared) {
             m_plan.barriers.push_back({.resource = r,
                                        .part = resource.Whole(),
                                        .dependency = {.srcStages = kOwnerStages,
@@ -574,6 +574,12 @@ void Compiler::Finish() {
     m_plan.release.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
         if (root.queueFamily == VK_QUEUE_FAMILY_IGNORED || root.queueFamily == m_graph.queueFamily) continue;
+        if (m_graph.resources[root.resource].isShared) {
+            ResourceState state = StateOf(root.resource);
+            state.queueFamily = root.queueFamily;
+            SetState(root.resource, state);
+            continue;
+        }
         m_plan.barriers.push_back({.resource = root.resource,
                                    .part = m_graph.resources[root.resource].Whole(),
                                    .dependency = {.srcStages = kOwnerStages,

@@ -53,7 +53,8 @@ struct GraphResource {
     Origin origin = Origin::Transient;
     Persistence persistence = Persistence::OnDemand;
     bool isHostWritten = false;  // the CPU fills it, so that a pass may read it without an earlier write
-    // Both queues can access it without a transfer of ownership between their families.
+    // All queues can access it without a transfer of ownership between their families: its sharing mode is
+    // concurrent, or it is a transient, whose mode the plan decides.
     bool isShared = true;
     rhi::Extent2D extent{};  // textures
     rhi::Format format = rhi::Format::Undefined;

@@ -104,7 +104,10 @@ void CheckWritability(const GraphPass& pass, const DeclaredBinding& bound, const
 }
 
 void CheckContents(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
-                   const rhi::BindingInfo& info, uint64_t maxStorageBytes) {
+                   const rhi::BindingInfo& info, const BindingLimits& limits) {
+    if (info.kind == rhi::BindingKind::UniformBuffer && info.blockBytes > limits.uniformBlock)
+        Fail(pass, "binds {} of {} in {}; on this device a uniform block has at most {}", Quoted(bound.name),
+             BytesText(info.blockBytes), info.firstShader, BytesText(limits.uniformBlock));
     if (bound.verb == BindVerb::Uniform) {
         if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max(bound.uniformAlignment, 16u)))
             Fail(pass, "gives {} bytes for {}, which has {} in {}", bound.uniformBytes, Quoted(bound.name),
@@ -112,9 +115,9 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
         return;
     }
     const GraphResource& resource = graph.resources[bound.resource];
-    if (info.kind == rhi::BindingKind::StorageBuffer && resource.bytes > maxStorageBytes)
+    if (info.kind == rhi::BindingKind::StorageBuffer && resource.bytes > limits.storageBuffer)
         Fail(pass, "binds {} to {} of {}; on this device a shader can bind {}", Quoted(bound.name),
-             Quoted(resource.name), BytesText(resource.bytes), BytesText(maxStorageBytes));
+             Quoted(resource.name), BytesText(resource.bytes), BytesText(limits.storageBuffer));
     if (bound.kind == ResourceKind::Buffer && resource.bytes < info.blockBytes)
         Fail(pass, "binds {} to {} of {}; {} needs at least {}", Quoted(bound.name), Quoted(resource.name),
              BytesText(resource.bytes), info.firstShader, BytesText(info.blockBytes));
@@ -122,6 +125,11 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
         info.imageFormat != resource.format)
         Fail(pass, "binds {} to {} of format {}; {} declares {}", Quoted(bound.name), Quoted(resource.name),
              rhi::Name(resource.format), info.firstShader, rhi::Name(info.imageFormat));
+    const rhi::TexelType texels = rhi::IsUint(resource.format) ? rhi::TexelType::Uint : rhi::TexelType::Float;
+    if (bound.kind == ResourceKind::Texture && info.texelType != texels)
+        Fail(pass, "binds {} to {} of format {}, of {} texels; in {} they are {}", Quoted(bound.name),
+             Quoted(resource.name), rhi::Name(resource.format), rhi::Name(texels), info.firstShader,
+             rhi::Name(info.texelType));
 }
 
 // The view that the shader declares must fit the part that is bound.
@@ -158,7 +166,7 @@ size_t PlaceOf(const rhi::ShaderInterface& interface, const GraphPass& pass, std
 }
 
 void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
-                    const rhi::BindingInfo* info, uint64_t maxStorageBytes) {
+                    const rhi::BindingInfo* info, const BindingLimits& limits) {
     if (!FitsKind(bound, info->kind))
         Fail(pass, "binds {} as {}; in {} it is a {}", Quoted(bound.name), AskedKind(bound),
              info->firstShader, rhi::Name(info->kind));
@@ -166,13 +174,16 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
         if (bound.verb == BindVerb::Writes || bound.verb == BindVerb::Updates)
             Fail(pass, "{} {}, a uniform buffer in {}", Verb(bound.verb), Quoted(bound.name),
                  info->firstShader);
-        if (bound.use != kNone) graph.uses[bound.use].access = Access::Uniform;
+        if (bound.use != kNone) {
+            graph.uses[bound.use].access = Access::Uniform;
+            bound.uniformBytes = info->blockBytes;
+        }
     } else if (info->kind == rhi::BindingKind::StorageBuffer ||
                info->kind == rhi::BindingKind::StorageImage ||
                info->kind == rhi::BindingKind::BufferAddress) {
         CheckWritability(pass, bound, *info);
     }
-    CheckContents(graph, pass, bound, *info, maxStorageBytes);
+    CheckContents(graph, pass, bound, *info, limits);
     if (bound.kind == ResourceKind::Texture) {
         CheckView(graph, pass, bound, *info);
         bound.shape = info->shape;
@@ -274,7 +285,7 @@ void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
 }
 
 void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::ShaderInterface* interface,
-                     uint64_t maxStorageBytes) {
+                     const BindingLimits& limits) {
     const GraphPass& pass = graph.passes.back();
     if (!interface) {
         const auto fail = [&](const std::string& what) {
@@ -292,7 +303,7 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
         places[i] = PlaceOf(*interface, pass, bound.name, places[i]);
         if (std::exchange(declared.isPlaced[places[i]], uint8_t{1}))
             Fail(pass, "binds {} twice", Quoted(bound.name));
-        ResolveBinding(graph, pass, bound, &interface->bindings[places[i]], maxStorageBytes);
+        ResolveBinding(graph, pass, bound, &interface->bindings[places[i]], limits);
     }
     ListAddressTables(*interface, declared.addressTables);
     CheckComplete(pass, declared, *interface);
@@ -313,9 +324,8 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared, bool has
         Fail(pass,
              "runs {}, which writes gl_Layer, but the device has no layered targets (shaderOutputLayer)",
              vertex->name);
-    constexpr size_t kMaxColorTargets = 8;  // of every device (maxColorAttachments)
-    if (declared.colors.size() > kMaxColorTargets)
-        Fail(pass, "has {} color targets, at most {}", declared.colors.size(), kMaxColorTargets);
+    if (declared.colors.size() > rhi::kMaxColorTargets)
+        Fail(pass, "has {} color targets, at most {}", declared.colors.size(), rhi::kMaxColorTargets);
     const auto checkShape = [&](const GraphResource& target, const Subresources& part) {
         if (part.levelCount != 1)
             Fail(pass, "draws to {} levels of {}: a target is one level, as in Level(0)", part.levelCount,

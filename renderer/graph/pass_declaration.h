@@ -30,7 +30,7 @@ struct DeclaredBinding {
     uint32_t resource = kNone;              // index into FrameGraph::resources; kNone: uniform data
     uint32_t use = kNone;                   // index into FrameGraph::uses
     uint32_t uniformOffset = 0;             // offset in the frame's uniform memory
-    uint32_t uniformBytes = 0;
+    uint32_t uniformBytes = 0;              // of the data, or of the block that a buffer is bound to
     uint32_t uniformAlignment = 1;
     BindVerb verb = BindVerb::Reads;
     ResourceKind kind = ResourceKind::Buffer;
@@ -42,6 +42,12 @@ struct DeclaredBinding {
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
     uint32_t addressOffset = 0;  // offset in the uniform block that holds the buffer's address
     bool isAddress = false;      // the buffer is bound by that
+};
+
+// What a device lets a shader bind, in bytes.
+struct BindingLimits {
+    uint64_t storageBuffer = ~uint64_t{0};
+    uint64_t uniformBlock = ~uint64_t{0};
 };
 
 // Describes a uniform block with addresses of buffers, which the graph fills.
@@ -115,9 +121,9 @@ ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::strin
 // Checks the last pass of `graph` as declared against the shaders' interface (null: it has no shaders), and
 // fills in what the shaders declare: binding numbers, whether a buffer is read as storage or uniform, and
 // tables of addresses. Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or
-// the limit of the device: storage buffers have at most `maxStorageBytes`.
+// the limit of the device.
 void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,
-                     uint64_t maxStorageBytes = ~uint64_t{0});
+                     const BindingLimits& limits = {});
 // Checks that the shaders belong to the pass's kind, before they are loaded.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
 // Sorts the targets of the last pass, checks that they fit together and to the vertex shader and the device,

@@ -345,7 +345,7 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
     }
     Persistent& persistent = persistents.Find(name, desc);
     resource.persistence = persistence;
-    resource.isShared = Kind == ResourceKind::Buffer || device.QueueFamilies().size() == 1;
+    resource.isShared = Kind == ResourceKind::Buffer;
     resource.state = persistent.states.front();
     const ResourceId<Kind> id =
         AddResource<Kind>(resource, {.persistent = &persistent}, std::span(persistent.states).subspan(1));
@@ -586,7 +586,8 @@ void Renderer::Impl::FinishPass(DeclaredPass& pass) {
     }
     if (program) std::swap(declaration.places, program->lastPlaces);
     ResolveBindings(graph, declaration, program ? &program->Interface() : nullptr,
-                    device.Info().maxStorageBufferBytes);
+                    {.storageBuffer = device.Info().maxStorageBufferBytes,
+                     .uniformBlock = device.Info().maxUniformBufferBytes});
     if (program) std::swap(declaration.places, program->lastPlaces);
     for (AddressTable& table : declaration.addressTables) table.uniformOffset = TakeUniform(table.bytes);
     CollectUsages(info);

@@ -355,6 +355,7 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const DeclaredPass& pa
         }
         const FrameResource& behind = resources[binding.resource];
         target.buffer = behind.buffer;
+        if (binding.uniformBytes > 0) target.size = binding.uniformBytes;  // a buffer may exceed the limit
         target.texture = behind.texture;
         target.sampler = binding.sampler;
         if (binding.isPart) target.view = behind.texture->View(graph.uses[binding.use].part, binding.shape);

@@ -110,8 +110,8 @@ auto PartsOf(const rhi::TextureDesc& desc) {
     return std::tie(extent, format, usage, mipLevels, layers, isShared);
 }
 auto PartsOf(const rhi::BufferDesc& desc) {
-    const auto& [name, size, usage, memory, hasOwnMemory] = desc;
-    return std::tie(size, usage, memory, hasOwnMemory);
+    const auto& [name, size, usage, memory, hasOwnMemory, isShared] = desc;
+    return std::tie(size, usage, memory, hasOwnMemory, isShared);
 }
 
 // Returns true if an object that was created for `a` also serves `b`, under the same name in debuggers.

@@ -216,6 +216,31 @@ resources
     EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
 }
 
+// Vulkan allows no transfer of ownership of what all families may access.
+TEST(Barriers, SharedResourceOfAnotherQueueFamily_ChangesNoOwner) {
+    GraphMaker graph;
+    graph.queueFamily = 0;
+    const TextureId host =
+        graph.Imported<ResourceKind::Texture>("host", {.writeStages = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+                                                       .writeAccess = VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                                                       .layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                                       .queueFamily = 2});
+    graph.resources.back().isShared = true;
+    const TextureId target = graph.Texture("target");
+    graph.Present(graph.Pass("Read", {host}, target));
+    graph.Export(host, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 3);
+    const Plan plan = Compile(graph);
+    EXPECT_EQ(plan.acquire.count, 0u);
+    EXPECT_EQ(plan.release.count, 0u);
+    for (const PlannedBarrier& barrier : plan.barriers)
+        EXPECT_EQ(barrier.srcQueueFamily, barrier.dstQueueFamily) << BarrierText(graph, barrier);
+    ASSERT_GT(plan.passes[0].barriers.count, 0u);
+    EXPECT_EQ(BarrierText(graph, plan.barriers[plan.passes[0].barriers.first]),
+              "host: Transfer write -> ComputeShader read, CopyTarget -> General");
+    EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
+    EXPECT_EQ(plan.states[host.resource].layout, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+}
+
 TEST(Barriers, ExportedBuffer_KeepsItsWriterAndIsWaitedForWhateverItsOwnerDid) {
     GraphMaker graph;
     const BufferId host = graph.Imported<ResourceKind::Buffer>("host");

@@ -107,6 +107,7 @@ TEST_F(Bindings, WholePass_FindsNumbersAndTypes) {
     EXPECT_EQ(m_pass.bindings[2].type, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
     EXPECT_EQ(m_pass.bindings[3].type, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
     EXPECT_EQ(m_pass.bindings[4].type, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
+    EXPECT_EQ(m_pass.bindings[4].uniformBytes, 64u) << "the block's, whatever the buffer has";
     EXPECT_EQ(m_graph.uses[m_pass.bindings[4].use].access, Access::Uniform) << "the shader declares it so";
 }
 
@@ -203,8 +204,72 @@ TEST_F(Bindings, UniformDataOfAnotherSize) {
 TEST_F(Bindings, BufferLargerThanTheDeviceBinds) {
     Bind("Materials", BindVerb::Reads, m_materials);
     EXPECT_EQ(
-        testing::ErrorTextOf([&] { ResolveBindings(m_graph, m_pass, &m_interface, 128); }),
+        testing::ErrorTextOf([&] { ResolveBindings(m_graph, m_pass, &m_interface, {.storageBuffer = 128}); }),
         R"(pass "Trace" binds "Materials" to "materialBuffer" of 160 B; on this device a shader can bind 128 B)");
+}
+
+TEST_F(Bindings, BlockLargerThanTheDeviceBinds) {
+    const BindingLimits limits{.uniformBlock = 63};
+    const auto message = [&] {
+        return testing::ErrorTextOf([&] { ResolveBindings(m_graph, m_pass, &m_interface, limits); });
+    };
+    const std::string expected =
+        R"(pass "Trace" binds "camera" of 64 B in test/all.comp; on this device a uniform block has at most 63 B)";
+    Bind("camera", BindVerb::Reads, m_camera);
+    EXPECT_EQ(message(), expected);
+    m_pass.bindings.clear();
+    DeclaredBinding& data = m_pass.bindings.emplace_back();
+    data.name = "camera";
+    data.verb = BindVerb::Uniform;
+    data.uniformBytes = 64;
+    EXPECT_EQ(message(), expected);
+}
+
+// Texels of another type than the shader's have undefined values.
+TEST(BindingTexels, TypesOfTheShaderAndTheTextureAgree) {
+    const rhi::ShaderInterface interface = InterfaceOf("test/types.comp", R"(
+#extension GL_EXT_shader_image_load_formatted : enable
+layout(local_size_x = 1) in;
+layout(binding = 0) uniform sampler2D floats;
+layout(binding = 1) uniform usampler2D uints;
+layout(binding = 2) uniform isampler2D ints;
+layout(binding = 3) uniform writeonly uimage2D storage;
+void main() {
+    imageStore(storage, ivec2(0), uvec4(texelFetch(floats, ivec2(0), 0)) + texelFetch(uints, ivec2(0), 0) +
+                                      uvec4(texelFetch(ints, ivec2(0), 0)));
+})");
+    const rhi::Sampler sampler;
+    const auto messageOf = [&](const char* name, Format format) {
+        GraphMaker graph;
+        const TextureId texture =
+            graph.Add<ResourceKind::Texture>({.name = "texture",
+                                              .origin = Origin::Imported,
+                                              .extent = {4, 4},
+                                              .format = format,
+                                              .state = {.layout = VK_IMAGE_LAYOUT_GENERAL}});
+        graph.AddPass("Read", PassKind::Compute);
+        PassDeclaration pass;
+        const bool isSampled = std::string_view(name) != "storage";
+        AddBinding(graph, pass, name, texture, isSampled ? BindVerb::Reads : BindVerb::Writes,
+                   isSampled ? Access::Sampled : Access::StorageWrite, isSampled ? &sampler : nullptr);
+        return testing::ErrorTextOf([&] { ResolveBindings(graph, pass, &interface); });
+    };
+    const auto refusal = [](const char* name, const char* format, const char* has, const char* reads) {
+        return Text(
+            R"(pass "Read" binds "{}" to "texture" of format {}, of {} texels; in test/types.comp they )"
+            "are {}",
+            name, format, has, reads);
+    };
+    EXPECT_EQ(messageOf("floats", Format::R32Uint), refusal("floats", "r32ui", "uint", "float"));
+    EXPECT_EQ(messageOf("uints", Format::Rgba8Unorm), refusal("uints", "rgba8", "float", "uint"));
+    EXPECT_EQ(messageOf("ints", Format::Rg32Uint), refusal("ints", "rg32ui", "uint", "int"));
+    EXPECT_EQ(messageOf("storage", Format::R32Float), refusal("storage", "r32f", "float", "uint"));
+    for (const auto& [name, format] : {std::pair("floats", Format::D32Float),
+                                       {"floats", Format::Rgba8Srgb},
+                                       {"uints", Format::R32Uint},
+                                       {"storage", Format::Rgba32Uint}})
+        EXPECT_THAT(messageOf(name, format), ::testing::HasSubstr("does not bind"))
+            << "but the others: " << name;
 }
 
 TEST_F(Bindings, PassWithoutShaders_BindsNothing) {
@@ -252,7 +317,7 @@ void main() { sum.at[0] = source.at[1]; })");
               "test/table.comp)");
     AddBinding(graph, pass, "sum", sum, BindVerb::Updates, Access::StorageUpdate);
     // However many bytes can be bound: by its address a buffer may be larger
-    ResolveBindings(graph, pass, &interface, 8);
+    ResolveBindings(graph, pass, &interface, {.storageBuffer = 8});
     ASSERT_EQ(pass.addressTables.size(), 1u);
     EXPECT_EQ(pass.addressTables[0].binding, 5u);
     EXPECT_EQ(pass.addressTables[0].bytes, 24u);
@@ -332,6 +397,7 @@ const Row<BufferDesc> kOfBuffers[] = {
     {"upload", [](BufferDesc& d) { d.memory = rhi::MemoryKind::Upload; }},
     {"readback", [](BufferDesc& d) { d.memory = rhi::MemoryKind::Readback; }},
     {"own memory", [](BufferDesc& d) { d.hasOwnMemory = true; }},
+    {"shared by all queues", [](BufferDesc& d) { d.isShared = true; }},
 };
 
 // One other value stands for all formats or usages, because they are compared as numbers.
@@ -344,8 +410,8 @@ auto FieldsOf(TextureDesc& s) {
     return std::tuple(name, extent, Number(format), Number(usage), mipLevels, layers, isShared);
 }
 auto FieldsOf(BufferDesc& s) {
-    auto& [name, size, usage, memory, hasOwnMemory] = s;
-    return std::tuple(name, size, Number(usage), memory, hasOwnMemory);
+    auto& [name, size, usage, memory, hasOwnMemory, isShared] = s;
+    return std::tuple(name, size, Number(usage), memory, hasOwnMemory, isShared);
 }
 
 const TextureDesc kTexture{.name = "plain", .extent = {16, 16}, .usage = TextureUsage::Sampled};

@@ -409,6 +409,37 @@ void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(
     }
 }
 
+// A descriptor of the whole buffer would be beyond the limit.
+TEST_F(Frame, UniformBlockOfABufferAboveTheLimit_ReadsItsBeginning) {
+    const uint64_t size = std::min<uint64_t>(Device().Info().maxUniformBufferBytes + 16, 1u << 24);
+    m_renderer.AddShader("test/first.comp", CompileText("test/first.comp", R"(
+layout(local_size_x = 1) in;
+layout(binding = 0, std140) uniform Values { uvec4 first; } values;
+layout(binding = 1, std430) writeonly buffer Result { uint result; };
+void main() { result = values.first.y; })"));
+    m_renderer.BeginFrame();
+    BufferId values = m_renderer.CreateBuffer("values", {.size = size});
+    m_renderer.AddPass(
+        "Fill", PassKind::Transfer, [&](PassBuilder& pass) { values = pass.CopiesTo(values); },
+        [&](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(values), 7);
+        });
+    BufferId result = m_renderer.CreateBuffer("result", {.size = 4});
+    m_renderer.AddPass(
+        "First", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("test/first.comp");
+            pass.Reads("values", values);
+            result = pass.Writes("Result", result);
+        },
+        [](CommandList& commands) { commands.Dispatch(1); });
+    const Readback readback = m_renderer.ReadBack(result);
+    m_renderer.Execute();
+    readback.Wait();
+    EXPECT_EQ(testing::As<uint32_t>(readback.Bytes()), std::vector<uint32_t>{7});
+    EXPECT_EQ(Device().ValidationMessageCount(), 0u);
+}
+
 }  // namespace
 }  // namespace raygraph::frame_test
 
@@ -636,10 +667,13 @@ TEST(ImportOfAnotherQueueFamily, BufferIsAcquiredAndReleasedByItsOwnBarriers) {
         rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
     const rhi::Buffer owner =
         device->CreateBuffer({.name = "host", .size = 64, .usage = rhi::BufferUsage::CopyDestination});
-    const rhi::Buffer host = device->WrapBuffer(owner.Desc(), owner.Handle());
+    rhi::BufferDesc desc = owner.Desc();
     const uint32_t ours = device->QueueFamily(), theirs = ours + 1;
-    ResourceState state{.queueFamily = theirs};
-    {
+    for (const bool isShared : {false, true}) {
+        desc.isShared = isShared;
+        const rhi::Buffer host = device->WrapBuffer(desc, owner.Handle());
+        EXPECT_EQ(host.IsShared(), isShared);
+        ResourceState state{.queueFamily = theirs};
         Renderer renderer(*device);
         for (int frame = 0; frame < 2; ++frame) {
             loader.Tell().bufferBarriers.clear();
@@ -654,6 +688,10 @@ TEST(ImportOfAnotherQueueFamily, BufferIsAcquiredAndReleasedByItsOwnBarriers) {
             renderer.Execute();
             EXPECT_EQ(state.queueFamily, theirs);
             const std::vector<VkBufferMemoryBarrier2>& barriers = loader.Tell().bufferBarriers;
+            if (isShared) {
+                EXPECT_TRUE(barriers.empty()) << "a concurrent buffer has no owner";
+                continue;
+            }
             ASSERT_EQ(barriers.size(), 2u);
             for (const VkBufferMemoryBarrier2& barrier : barriers) {
                 EXPECT_EQ(barrier.buffer, owner.Handle());

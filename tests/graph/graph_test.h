@@ -156,6 +156,7 @@ struct GraphMaker : FrameGraph {
                     Origin origin = Origin::Transient, const ResourceState& state = {}) {
         return Add<ResourceKind::Texture>({.name = name,
                                            .origin = origin,
+                                           .isShared = origin != Origin::Imported,
                                            .extent = {64, 64},
                                            .format = rhi::Format::Rgba32Float,
                                            .levels = levels,
@@ -180,6 +181,7 @@ struct GraphMaker : FrameGraph {
     ResourceId<Kind> Imported(std::string_view name, const ResourceState& state = {}) {
         return Add<Kind>({.name = name,
                           .origin = Origin::Imported,
+                          .isShared = false,
                           .extent = {64, 64},
                           .format = rhi::Format::Rgba8Unorm,
                           .state = state});

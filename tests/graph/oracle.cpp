@@ -383,6 +383,7 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
     JudgeBarriers(frame, plan.release, "the release");
     for (const Root& root : graph.roots)
         if (root.kind == RootKind::Exported && root.queueFamily != graph.queueFamily &&
+            !graph.resources[root.resource].isShared &&
             ImageOf(frame, root.resource, 0).queueFamily != root.queueFamily)
             frame.Note(
                 Text("{} is not released to its owner's queue family", graph.resources[root.resource].name));

@@ -73,7 +73,7 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
                      .bytes = 64};
     MakeParts(kept.resource);
     const bool isOneObject = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
-    if (m_hasComputeQueue && isOneObject) kept.resource.isShared = Chance(50);
+    if (isOneObject) kept.resource.isShared = m_hasComputeQueue ? Chance(50) : m_kept.size() % 2 == 0;
     const bool hasOwner = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
     if (origin == Origin::Imported && hasOwner && Chance(70)) {
         kept.owner = m_waitStages != 0 && Chance(70) ? Owner::Signals : Owner::Queue;
@@ -87,7 +87,8 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
 void RandomFrames::UseAsOwner(Kept& kept, oracle::Oracle& oracle) {
     ResourceState& state = kept.resource.state;
     if (kept.owner == Owner::Signals) {
-        oracle.OwnerSignals(kept.name, m_waitStages, state.layout, kept.family);
+        const uint32_t owner = kept.resource.isShared ? VK_QUEUE_FAMILY_IGNORED : kept.family;
+        oracle.OwnerSignals(kept.name, m_waitStages, state.layout, owner);
         if (kept.family == VK_QUEUE_FAMILY_IGNORED && Chance(50)) state = {.layout = state.layout};
         return;
     }
