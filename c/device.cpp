@@ -76,19 +76,15 @@ class HostMemory final : public rhi::MemoryAllocator {
 
     VkResult CreateBuffer(const VkBufferCreateInfo& info, const rhi::MemoryRequest& request, VkBuffer& buffer,
                           rhi::MemoryAllocation& memory) override {
-        const VkResult result = Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+        return Create(buffer, request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
             return m_host.create_buffer(m_host.user, &info, &wanted, &buffer, &made);
         });
-        if (result != VK_SUCCESS) buffer = VK_NULL_HANDLE;  // a host may leave what it has destroyed there
-        return result;
     }
     VkResult CreateImage(const VkImageCreateInfo& info, const rhi::MemoryRequest& request, VkImage& image,
                          rhi::MemoryAllocation& memory) override {
-        const VkResult result = Ask(request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
+        return Create(image, request, memory, [&](const RgMemoryRequest& wanted, RgMemory& made) {
             return m_host.create_image(m_host.user, &info, &wanted, &image, &made);
         });
-        if (result != VK_SUCCESS) image = VK_NULL_HANDLE;  // a host may leave what it has destroyed there
-        return result;
     }
     VkResult Allocate(const VkMemoryRequirements& requirements, const rhi::MemoryRequest& request,
                       rhi::MemoryAllocation& memory) override {
@@ -103,6 +99,13 @@ class HostMemory final : public rhi::MemoryAllocator {
     }
 
   private:
+    template <typename Handle, typename Call>
+    VkResult Create(Handle& handle, const rhi::MemoryRequest& request, rhi::MemoryAllocation& memory,
+                    Call&& call) const {
+        const VkResult result = Ask(request, memory, call);
+        if (result != VK_SUCCESS) handle = VK_NULL_HANDLE;  // a host may leave what it has destroyed there
+        return result;
+    }
     template <typename Call>
     VkResult Ask(const rhi::MemoryRequest& request, rhi::MemoryAllocation& memory, Call&& call) const {
         static_assert(RG_MEMORY_DEVICE == static_cast<int>(rhi::MemoryKind::Device) &&

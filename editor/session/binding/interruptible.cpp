@@ -2,10 +2,11 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace raygraph::session {
 
@@ -13,7 +14,7 @@ struct Caller::State {
     std::mutex lock;
     std::condition_variable changed;
     const std::function<void()>* question = nullptr;  // to be run by the caller
-    bool isStopRequested = false, isDone = false, isAbandoned = false;
+    bool isStopRequested = false, isDone = false;
     bool isStopped = false;  // it has ended by ThrowIfStopRequested
     std::exception_ptr failure;
 };
@@ -22,15 +23,14 @@ namespace {
 
 struct Stopped {};
 
-// Lives as long as the process: threads that are left behind may end after its statics.
-struct AbandonedCount {
+// The threads that were left behind. It lives as long as the process: they may end after its statics.
+struct AbandonedThreads {
     std::mutex lock;
-    std::condition_variable changed;
-    uint32_t count = 0;
+    std::vector<std::thread> threads;
 };
-AbandonedCount& Abandoned() {
-    static AbandonedCount& count = *new AbandonedCount;
-    return count;
+AbandonedThreads& Abandoned() {
+    static AbandonedThreads& abandoned = *new AbandonedThreads;
+    return abandoned;
 }
 
 void Work(const std::shared_ptr<Caller::State>& state, std::function<void(Caller&)> work) {
@@ -45,17 +45,11 @@ void Work(const std::shared_ptr<Caller::State>& state, std::function<void(Caller
         failure = std::current_exception();
     }
     work = {};  // frees what it owns
-    const std::unique_lock lock(state->lock);
+    const std::scoped_lock lock(state->lock);
     state->isDone = true;
-    if (!state->isAbandoned) {
-        state->isStopped = isStopped;
-        state->failure = std::move(failure);
-        state->changed.notify_all();
-        return;
-    }
-    const std::scoped_lock counting(Abandoned().lock);
-    --Abandoned().count;
-    Abandoned().changed.notify_all();
+    state->isStopped = isStopped;
+    state->failure = std::exchange(failure, nullptr);
+    state->changed.notify_all();
 }
 
 }  // namespace
@@ -81,7 +75,7 @@ bool detail::RunOnThread(std::function<void(Caller&)> work, const std::function<
     constexpr auto kInterval = std::chrono::milliseconds(20);
     constexpr auto kGrace = std::chrono::milliseconds(200);
     const auto state = std::make_shared<Caller::State>();
-    std::thread(Work, state, std::move(work)).detach();
+    std::thread thread(Work, state, std::move(work));
     std::unique_lock lock(state->lock);
     const auto needsCaller = [&] { return state->isDone || state->question != nullptr; };
     while (!state->isDone) {
@@ -103,18 +97,23 @@ bool detail::RunOnThread(std::function<void(Caller&)> work, const std::function<
         state->question = nullptr;
         state->changed.notify_all();
         if (state->changed.wait_for(lock, kGrace, [&] { return state->isDone; })) break;
-        state->isAbandoned = true;
-        const std::scoped_lock counting(Abandoned().lock);
-        ++Abandoned().count;
+        const std::scoped_lock abandoning(Abandoned().lock);
+        Abandoned().threads.push_back(std::move(thread));
         return false;
     }
+    lock.unlock();
+    thread.join();
     if (state->failure) std::rethrow_exception(state->failure);
     return !state->isStopped;
 }
 
 void WaitForAbandonedWork() {
-    std::unique_lock lock(Abandoned().lock);
-    Abandoned().changed.wait(lock, [] { return Abandoned().count == 0; });
+    std::vector<std::thread> threads;
+    {
+        const std::scoped_lock lock(Abandoned().lock);
+        threads.swap(Abandoned().threads);
+    }
+    for (std::thread& thread : threads) thread.join();
 }
 
 }  // namespace raygraph::session
