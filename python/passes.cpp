@@ -194,6 +194,13 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
         if (!bound.binding.isWritable)
             throw MakeError(ErrorKind::Usage, "{}: the shader does not write it", bound.binding.name);
         if (!IsImage(bound.binding)) {
+            // A shape, which is what an image is given by, would be taken for an array of integers
+            if (py::isinstance<py::tuple>(object) || py::isinstance<py::list>(object))
+                throw MakeError(
+                    ErrorKind::Usage,
+                    "{}: it is no array of numbers with the type and shape of the result, such as "
+                    "numpy.zeros(5, numpy.float32)",
+                    bound.binding.name);
             const py::array like = likes[bound.binding.name] = PlainArray(bound.binding.name, object);
             const auto size = static_cast<size_t>(like.nbytes());
             if (!bound.isInput)

@@ -153,7 +153,7 @@ void PrintText(const BenchResult& result, const rhi::DeviceInfo& device) {
     std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", result.traceEfficiency);
     if (result.limitPathOwn) {
         tracing("limit_path_own", *result.limitPathOwn);
-        std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", *result.traceEfficiencyOwn);
+        std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency_own", *result.traceEfficiencyOwn);
     }
     std::fprintf(stderr, "  %-16s %9.3f of limit_path, by %s\n", "cost", result.cost.median,
                  result.cost.measure.c_str());

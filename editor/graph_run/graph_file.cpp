@@ -180,7 +180,7 @@ void Reader::ReadTexture(const std::string& name, const Node& node) {
     node.IfThere("file", [&](const Node& file) { texture.file = file.File(); });
     const bool isPicture = !texture.file.empty() && LowerExtension(texture.file) != ".bin";
     node.IfThere("size", [&](const Node& size) {
-        if (isPicture) size.Fail("the picture has the size");
+        if (isPicture) size.Fail("leave it out, since the picture in file has the size");
         if (size.Value().is_string()) {
             texture.sizeOf = size.String();
             return;

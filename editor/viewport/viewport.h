@@ -9,7 +9,7 @@
 //       renderer.BeginFrame();
 //       TextureId shown = viewport.Declare();           // passes of the scene and of the viewport
 //       ... passes of the host, which may read `shown` ...
-//       renderer.Present(shown);                        // or ShowIn a host's image: vulkan_interop.h
+//       renderer.Present(shown);                        // or HostImage::Show: vulkan_interop.h
 //       renderer.Execute();
 //   }
 //

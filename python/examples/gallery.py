@@ -7,6 +7,7 @@ import numpy as np
 import raygraph as rg
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+folder.mkdir(parents=True, exist_ok=True)
 tree = Path(__file__).resolve().parents[2]
 size = (320, 192)
 

@@ -114,7 +114,7 @@ TEST(GraphFile, WhatIsWrongIsNamedWithItsPath) {
         {R"("size": "photo")", R"("size": "half")", "textures.half.size: it depends on itself"},
         {R"("size": "photo")", R"("size": "sums")", "textures.half.size: there is no texture \"sums\""},
         {R"("file": "pictures/photo.png")", R"("file": "photo.png", "size": [1, 1])",
-         "textures.photo.size: the picture has the size"},
+         "textures.photo.size: leave it out, since the picture in file has the size"},
         {R"("file": "pictures/photo.png")", R"("file": "photo.png", "layers": 2)",
          "textures.photo: the picture has one layer"},
         {R"("layers": 3)", R"("layers": 4000)",

@@ -1,5 +1,5 @@
 # An overlay port of the tree in which it lies: `vcpkg install raygraph --overlay-ports=packaging/vcpkg`. The programs
-# glslangValidator and zstd, which compile and compress the shaders, are the machine's own.
+# glslangValidator and zstd, which compile and compress the shaders, and pkg-config are the machine's own.
 get_filename_component(tree "${CURRENT_PORT_DIR}/../../.." ABSOLUTE)
 string(COMPARE EQUAL "${VCPKG_LIBRARY_LINKAGE}" dynamic shared)
 vcpkg_cmake_configure(SOURCE_PATH "${tree}"
