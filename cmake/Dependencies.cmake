@@ -2,11 +2,14 @@
 # is built, and by raygraphConfig.cmake.
 include(CMakeFindDependencyMacro)
 
-# What the public headers include. Inside find_package(raygraph) a missing package is the caller's to report, so
-# find_dependency passes it on.
+# What the public headers in C++ include; a project in C alone has no need of it. Inside find_package(raygraph) a missing
+# package is the caller's to report, so find_dependency passes it on.
+get_property(_raygraph_languages GLOBAL PROPERTY ENABLED_LANGUAGES)
 macro(_raygraph_needs)
     if("${CMAKE_FIND_PACKAGE_NAME}" STREQUAL "raygraph")
-        find_dependency(${ARGN})
+        if("CXX" IN_LIST _raygraph_languages OR _raygraph_kind STREQUAL "Static")
+            find_dependency(${ARGN})
+        endif()
     else()
         find_package(${ARGN} REQUIRED)
     endif()
