@@ -406,7 +406,6 @@ void CommandList::WriteTimestamp(VkQueryPool pool, uint32_t query, VkPipelineSta
 
 namespace {
 
-
 VkImageView TargetView(const Texture& texture, const Subresources& part) {
     return texture.View(part, part.layerCount > 1 ? ImageShape::Array : ImageShape::Plain);
 }

@@ -203,7 +203,7 @@ class RAYGRAPH_API Device {
     // Returns the family of a queue that the device has.
     uint32_t QueueFamily(QueueKind queue = QueueKind::Main) const;
     // Returns the distinct families of its queues, the main one's first. With more than one, all can access
-    // buffers, and textures that IsShared.
+    // the buffers and textures that are shared (IsShared).
     std::span<const uint32_t> QueueFamilies() const;
     VkPipelineCache PipelineCache() const;
     VkPipelineCreateFlags PipelineFlags() const;  // flags of all pipelines

@@ -68,8 +68,8 @@ struct BufferDesc {
     // Gives the buffer its own allocation, outside of the blocks that resources share; for large buffers that
     // live long.
     bool hasOwnMemory = false;
-    // For WrapBuffer: all queues of the Device and of the host may access it, without transfers of ownership
-    // (VK_SHARING_MODE_CONCURRENT). The Device shares its own buffers among its queue families in any case.
+    // For WrapBuffer: the host has created it with VK_SHARING_MODE_CONCURRENT, for the Device's queue
+    // families among others. The Device shares its own buffers among its families in any case.
     bool isShared = false;
 };
 
@@ -88,8 +88,8 @@ class RAYGRAPH_API Buffer {
     // Returns the mapped bytes of an Upload or Readback buffer, which are coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
-    // Tells whether its sharing mode is concurrent, so that transfers of ownership between queue families are
-    // neither needed nor allowed.
+    // Tells whether its sharing mode is concurrent: the families for which it was created need no transfers
+    // of ownership then.
     bool IsShared() const { return m_isShared; }
     // Returns false for a wrapped buffer of a host: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
@@ -125,8 +125,8 @@ struct TextureDesc {
     TextureUsage usage = TextureUsage::Sampled | TextureUsage::CopyDestination;
     uint32_t mipLevels = 1;
     uint32_t layers = 1;
-    // All queues of the Device may access it, without transfers of ownership. Textures that are only copied
-    // and sampled always are.
+    // All queues of the Device may access it, without transfers of ownership. Textures of the Device that are
+    // only copied and sampled always are.
     bool isShared = false;
 };
 
@@ -148,8 +148,8 @@ class RAYGRAPH_API Texture {
     VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
-    // Tells whether its sharing mode is concurrent, so that transfers of ownership between queue families are
-    // neither needed nor allowed.
+    // Tells whether its sharing mode is concurrent: the families for which it was created need no transfers
+    // of ownership then.
     bool IsShared() const { return m_isShared; }
     // RangeOf takes a resolved part.
     VkImageSubresourceRange RangeOf(const Subresources& part) const;

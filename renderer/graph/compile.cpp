@@ -122,6 +122,8 @@ class Compiler {
     void PlanBarriers();
     void StartStates();
     ResourceState Guarded(const GraphResource& resource, ResourceState state) const;
+    bool IsTransferred(const GraphResource& resource, uint32_t family) const;
+    uint32_t OwnerAmongUs(const GraphResource& resource) const;
     void Acquire();
     ResourceState LeaveBlock(uint32_t block);
     void EnterBlock(uint32_t resource);
@@ -388,6 +390,16 @@ void Compiler::PlanReleases() {
     }
 }
 
+// Families of the device need no transfer of what they share. Queues outside of it do: their family takes it
+// from no family then (VUID-VkBufferMemoryBarrier2-buffer-04088, VUID-VkImageMemoryBarrier2-image-04071).
+bool Compiler::IsTransferred(const GraphResource& resource, uint32_t family) const {
+    return !resource.isShared || family == VK_QUEUE_FAMILY_EXTERNAL || family == VK_QUEUE_FAMILY_FOREIGN_EXT;
+}
+
+uint32_t Compiler::OwnerAmongUs(const GraphResource& resource) const {
+    return resource.isShared ? VK_QUEUE_FAMILY_IGNORED : m_graph.queueFamily;
+}
+
 void Compiler::Acquire() {
     m_plan.acquire.first = BarrierCount();
     for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
@@ -403,7 +415,7 @@ void Compiler::Acquire() {
             throw MakeError(ErrorKind::Usage,
                             "{}, a {}, comes from queue family {}: what crosses is the buffer that holds it",
                             Quoted(resource.name), Name(resource.kind), state.queueFamily);
-        if (isForeign && !resource.isShared) {
+        if (isForeign && IsTransferred(resource, state.queueFamily)) {
             m_plan.barriers.push_back({.resource = r,
                                        .part = resource.Whole(),
                                        .dependency = {.srcStages = kOwnerStages,
@@ -413,8 +425,10 @@ void Compiler::Acquire() {
                                                       .newLayout = state.layout,
                                                       .isNeeded = true},
                                        .srcQueueFamily = state.queueFamily,
-                                       .dstQueueFamily = m_graph.queueFamily});
+                                       .dstQueueFamily = OwnerAmongUs(resource)});
             state = {.writeStages = kOwnerStages, .layout = state.layout};
+        } else if (isForeign && (state.readStages | state.writeStages) == VK_PIPELINE_STAGE_2_NONE) {
+            state.readStages = kOwnerStages;  // what waited for the owner has done so in any stage
         }
         state.queueFamily = m_graph.queueFamily;
         SetState(r, state);
@@ -574,20 +588,21 @@ void Compiler::Finish() {
     m_plan.release.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
         if (root.queueFamily == VK_QUEUE_FAMILY_IGNORED || root.queueFamily == m_graph.queueFamily) continue;
-        if (m_graph.resources[root.resource].isShared) {
+        const GraphResource& resource = m_graph.resources[root.resource];
+        if (!IsTransferred(resource, root.queueFamily)) {
             ResourceState state = StateOf(root.resource);
             state.queueFamily = root.queueFamily;
             SetState(root.resource, state);
             continue;
         }
         m_plan.barriers.push_back({.resource = root.resource,
-                                   .part = m_graph.resources[root.resource].Whole(),
+                                   .part = resource.Whole(),
                                    .dependency = {.srcStages = kOwnerStages,
                                                   .srcAccess = kOwnerAccess,
                                                   .oldLayout = root.layout,
                                                   .newLayout = root.layout,
                                                   .isNeeded = true},
-                                   .srcQueueFamily = m_graph.queueFamily,
+                                   .srcQueueFamily = OwnerAmongUs(resource),
                                    .dstQueueFamily = root.queueFamily});
         SetState(root.resource, {.layout = root.layout, .queueFamily = root.queueFamily});
     }

@@ -54,7 +54,7 @@ struct GraphResource {
     Persistence persistence = Persistence::OnDemand;
     bool isHostWritten = false;  // the CPU fills it, so that a pass may read it without an earlier write
     // All queues can access it without a transfer of ownership between their families: its sharing mode is
-    // concurrent, or it is a transient, whose mode the plan decides.
+    // concurrent, or becomes so where the plan needs that.
     bool isShared = true;
     rhi::Extent2D extent{};  // textures
     rhi::Format format = rhi::Format::Undefined;

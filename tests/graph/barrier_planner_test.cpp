@@ -216,7 +216,7 @@ resources
     EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
 }
 
-// Vulkan allows no transfer of ownership of what all families may access.
+// What all families may access changes no owner.
 TEST(Barriers, SharedResourceOfAnotherQueueFamily_ChangesNoOwner) {
     GraphMaker graph;
     graph.queueFamily = 0;
@@ -239,6 +239,39 @@ TEST(Barriers, SharedResourceOfAnotherQueueFamily_ChangesNoOwner) {
               "host: Transfer write -> ComputeShader read, CopyTarget -> General");
     EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
     EXPECT_EQ(plan.states[host.resource].layout, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+}
+
+// The host states no access, and what waits for the other family may be an earlier submission of its own.
+TEST(Barriers, SharedResourceOfAnotherQueueFamily_FollowsWhatWaitedForIt) {
+    GraphMaker graph;
+    graph.queueFamily = 0;
+    const TextureId host = graph.Imported<ResourceKind::Texture>(
+        "host", {.layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, .queueFamily = 2});
+    graph.resources.back().isShared = true;
+    graph.Present(graph.Pass("Read", {host}, graph.Texture("target")));
+    const Plan plan = Compile(graph);
+    ASSERT_GT(plan.passes[0].barriers.count, 0u);
+    EXPECT_EQ(BarrierText(graph, plan.barriers[plan.passes[0].barriers.first]),
+              "host: AllCommands done -> ComputeShader read, CopyTarget -> General");
+}
+
+TEST(Barriers, SharedResourceFromOutsideOfTheDevice_IsTransferredFromAndToNoFamily) {
+    GraphMaker graph;
+    graph.queueFamily = 0;
+    const BufferId host =
+        graph.Imported<ResourceKind::Buffer>("host", {.queueFamily = VK_QUEUE_FAMILY_EXTERNAL});
+    graph.resources.back().isShared = true;
+    graph.AddPass("Fill", PassKind::Transfer);
+    graph.Export(graph.Use(host, Access::CopyWrite), VK_QUEUE_FAMILY_FOREIGN_EXT);
+    const Plan plan = Compile(graph);
+    ASSERT_EQ(plan.acquire.count, 1u);
+    ASSERT_EQ(plan.release.count, 1u);
+    const PlannedBarrier& acquire = plan.barriers[plan.acquire.first];
+    const PlannedBarrier& release = plan.barriers[plan.release.first];
+    EXPECT_EQ(acquire.srcQueueFamily, VK_QUEUE_FAMILY_EXTERNAL);
+    EXPECT_EQ(acquire.dstQueueFamily, VK_QUEUE_FAMILY_IGNORED);
+    EXPECT_EQ(release.srcQueueFamily, VK_QUEUE_FAMILY_IGNORED);
+    EXPECT_EQ(release.dstQueueFamily, VK_QUEUE_FAMILY_FOREIGN_EXT);
 }
 
 TEST(Barriers, ExportedBuffer_KeepsItsWriterAndIsWaitedForWhateverItsOwnerDid) {
