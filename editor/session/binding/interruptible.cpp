@@ -25,12 +25,32 @@ struct Stopped {};
 
 // The threads that were left behind. It lives as long as the process: they may end after its statics.
 struct AbandonedThreads {
+    struct Entry {
+        std::shared_ptr<Caller::State> state;
+        std::thread thread;
+    };
+    std::mutex joining;  // taken first: whoever waits while another one does waits for the same threads
     std::mutex lock;
-    std::vector<std::thread> threads;
+    std::vector<Entry> entries;
 };
 AbandonedThreads& Abandoned() {
     static AbandonedThreads& abandoned = *new AbandonedThreads;
     return abandoned;
+}
+
+// Leaves a thread behind, and joins those that have ended since, whose stacks are kept until then.
+void Abandon(const std::shared_ptr<Caller::State>& state, std::thread thread) {
+    AbandonedThreads& all = Abandoned();
+    const std::scoped_lock lock(all.lock);
+    std::erase_if(all.entries, [](AbandonedThreads::Entry& entry) {
+        {
+            const std::scoped_lock reading(entry.state->lock);
+            if (!entry.state->isDone) return false;
+        }
+        entry.thread.join();
+        return true;
+    });
+    all.entries.push_back({state, std::move(thread)});
 }
 
 void Work(const std::shared_ptr<Caller::State>& state, std::function<void(Caller&)> work) {
@@ -97,8 +117,8 @@ bool detail::RunOnThread(std::function<void(Caller&)> work, const std::function<
         state->question = nullptr;
         state->changed.notify_all();
         if (state->changed.wait_for(lock, kGrace, [&] { return state->isDone; })) break;
-        const std::scoped_lock abandoning(Abandoned().lock);
-        Abandoned().threads.push_back(std::move(thread));
+        lock.unlock();
+        Abandon(state, std::move(thread));
         return false;
     }
     lock.unlock();
@@ -108,12 +128,14 @@ bool detail::RunOnThread(std::function<void(Caller&)> work, const std::function<
 }
 
 void WaitForAbandonedWork() {
-    std::vector<std::thread> threads;
+    AbandonedThreads& all = Abandoned();
+    const std::scoped_lock joining(all.joining);
+    std::vector<AbandonedThreads::Entry> entries;
     {
-        const std::scoped_lock lock(Abandoned().lock);
-        threads.swap(Abandoned().threads);
+        const std::scoped_lock lock(all.lock);
+        entries.swap(all.entries);
     }
-    for (std::thread& thread : threads) thread.join();
+    for (AbandonedThreads::Entry& entry : entries) entry.thread.join();
 }
 
 }  // namespace raygraph::session
