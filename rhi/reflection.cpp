@@ -168,10 +168,11 @@ class Reflector {
         if ((image.dim != spv::Dim2D && !isCube) || (isCube && image.arrayed) || image.ms)
             Fail("'{}' is not a 2D image, an array of them or a cube map, and cannot be bound", binding.name);
         binding.shape = isCube ? ImageShape::Cube : image.arrayed ? ImageShape::Array : ImageShape::Plain;
-        const auto texels = m_compiler.get_type(image.type).basetype;
-        binding.texelType = texels == spirv_cross::SPIRType::UInt  ? TexelType::Uint
-                            : texels == spirv_cross::SPIRType::Int ? TexelType::Int
-                                                                   : TexelType::Float;
+        const std::optional<ConstantType> texels = ConstantTypeOf(m_compiler.get_type(image.type));
+        if (!texels) Fail("'{}' has texels that are not of a 32-bit type", binding.name);
+        binding.texelType = *texels == ConstantType::Uint  ? TexelType::Uint
+                            : *texels == ConstantType::Int ? TexelType::Int
+                                                           : TexelType::Float;
         if (kind == BindingKind::SampledImage) return;
         binding.isReadable = !m_compiler.has_decoration(resource.id, spv::DecorationNonReadable);
         binding.isWritable = !m_compiler.has_decoration(resource.id, spv::DecorationNonWritable);
@@ -376,6 +377,7 @@ constexpr uint32_t kTextureTableSet = 1;
 std::string Describe(const Binding& binding) {
     std::string text = Text("{} '{}'", Name(binding.kind), binding.name);
     if (binding.count != 1) text += binding.count == 0 ? "[]" : Text("[{}]", binding.count);
+    if (binding.texelType != TexelType::Float) text += Text(" of {} texels", Name(binding.texelType));
     return binding.shape == ImageShape::Plain ? text : Text("{} ({})", text, Name(binding.shape));
 }
 
@@ -385,7 +387,7 @@ std::string Describe(const Binding& binding) {
 
 void CheckTextureTable(const std::string& shader, const Binding& binding) {
     if (binding.binding != 0 || binding.kind != BindingKind::SampledImage ||
-        binding.shape != ImageShape::Plain)
+        binding.shape != ImageShape::Plain || binding.texelType != TexelType::Float)
         Fail(Text("{}: set 1 binding {} is {}; set 1 is for the bindless textures, sampler2D[] at binding 0",
                   shader, binding.binding, Describe(binding)));
 }

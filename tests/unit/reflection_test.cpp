@@ -454,6 +454,17 @@ TEST(ShaderInterface, DifferentShapesAreConflicts) {
               "bindless textures, sampler2D[] at binding 0");
 }
 
+TEST(ShaderInterface, DifferentTypesOfTexelsAreConflicts) {
+    EXPECT_EQ(RefusalOf({Stage("a.rgen", "layout(binding = 0) uniform sampler2D sky;", ""),
+                         Stage("b.rmiss", "layout(binding = 0) uniform usampler2D sky;", "")}),
+              "shaders disagree: a.rgen has sampled image 'sky' at binding 0, b.rmiss has sampled image "
+              "'sky' of uint texels at binding 0");
+    EXPECT_EQ(RefusalOf({Stage("a.rchit", "layout(set = 1, binding = 0) uniform isampler2D textures[];",
+                               "texture(textures[gl_LaunchIDEXT.x], vec2(0));")}),
+              "a.rchit: set 1 binding 0 is sampled image 'textures'[] of int texels; set 1 is for the "
+              "bindless textures, sampler2D[] at binding 0");
+}
+
 constexpr const char* kTextures = "layout(set = 1, binding = 0) uniform sampler2D textures[];";
 constexpr const char* kUseTexture = "texture(textures[gl_LaunchIDEXT.x], vec2(0));";
 
