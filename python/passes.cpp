@@ -195,7 +195,7 @@ py::dict RunPass(const std::string& glsl, const py::dict& inputs, const py::dict
             throw MakeError(ErrorKind::Usage, "{}: the shader does not write it", bound.binding.name);
         if (!IsImage(bound.binding)) {
             // A shape, which is what an image is given by, would be taken for an array of integers
-            if (py::isinstance<py::tuple>(object) || py::isinstance<py::list>(object))
+            if (!py::hasattr(object, "dtype"))
                 throw MakeError(
                     ErrorKind::Usage,
                     "{}: it is no array of numbers with the type and shape of the result, such as "

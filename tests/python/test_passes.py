@@ -57,7 +57,7 @@ def test_buffer_is_no_ragged_list_and_holds_no_objects(wrong):
         assert raised.value.kind == "usage"
 
 
-@pytest.mark.parametrize("shape", [(8,), [8]])
+@pytest.mark.parametrize("shape", [(8,), [8], 8, range(8)])
 def test_buffer_is_not_given_by_its_shape_alone(shape):
     with pytest.raises(rg.Error, match="squares: it is no array of numbers with the type and shape of the result"):
         rg.run_pass(SQUARES, {"numbers": np.zeros(8, np.int32)}, {"squares": shape}, groups=(2, 1, 1))
