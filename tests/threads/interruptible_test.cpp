@@ -23,7 +23,7 @@ struct LateEnd {
     }
 };
 
-// Leaves work behind that runs until `mayEnd`; the flag it returns is set by the last destructor of its thread.
+// Leaves work behind that runs until `mayEnd`. The last destructor of its thread sets the flag returned.
 std::shared_ptr<std::atomic<bool>> LeaveBehind(const std::shared_ptr<std::atomic<bool>>& mayEnd) {
     const auto hasEnded = std::make_shared<std::atomic<bool>>(false);
     const auto result = RunInterruptibly(
