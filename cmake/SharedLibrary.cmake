@@ -18,8 +18,8 @@ target_link_options(raygraph_shared PRIVATE LINKER:--exclude-libs,ALL)
 if(NOT RAYGRAPH_SANITIZE)
     target_link_options(raygraph_shared PRIVATE LINKER:--no-undefined)
 endif()
-target_link_libraries(raygraph_shared INTERFACE
-    $<TARGET_NAME_IF_EXISTS:glm::glm> $<TARGET_NAME_IF_EXISTS:Vulkan::Headers>)  # which a project in C does not find
+# A project in C does not look for these.
+target_link_libraries(raygraph_shared INTERFACE $<TARGET_NAME_IF_EXISTS:glm::glm> $<TARGET_NAME_IF_EXISTS:Vulkan::Headers>)
 
 set(sharedTargets raygraph_shared)
 foreach(library IN LISTS libraries)

@@ -22,9 +22,7 @@ HostImage::HostImage(rhi::Device& device, const HostImageDesc& desc) : m_desc(de
     if (desc.image == VK_NULL_HANDLE || desc.extent.IsEmpty())
         throw MakeError(ErrorKind::Usage, "HostImage \"{}\": there is no image, or it is of {} pixels",
                         desc.name, SizeOf(desc.extent));
-    if (desc.format == rhi::Format::Undefined || rhi::IsDepth(desc.format) ||
-        desc.format == rhi::Format::R32Uint || desc.format == rhi::Format::Rg32Uint ||
-        desc.format == rhi::Format::Rgba32Uint)
+    if (desc.format == rhi::Format::Undefined || rhi::IsDepth(desc.format) || rhi::IsUint(desc.format))
         throw MakeError(ErrorKind::Usage, "HostImage \"{}\": no picture is shown in {}", desc.name,
                         rhi::Name(desc.format));
     m_texture = device.WrapTexture({.name = desc.name,

@@ -100,6 +100,12 @@ bool Culler::MarkKept() {
 
 // --- The plan ---
 
+// Families of the device need no transfer of what they share. Queues outside of it do: their family takes it
+// from no family then (VUID-VkBufferMemoryBarrier2-buffer-04088, VUID-VkImageMemoryBarrier2-image-04071).
+bool IsTransferred(const GraphResource& resource, uint32_t family) {
+    return !resource.isShared || family == VK_QUEUE_FAMILY_EXTERNAL || family == VK_QUEUE_FAMILY_FOREIGN_EXT;
+}
+
 class Compiler {
   public:
     Compiler(const FrameGraph& graph, Plan& plan, CompileMemory& memory)
@@ -122,7 +128,6 @@ class Compiler {
     void PlanBarriers();
     void StartStates();
     ResourceState Guarded(const GraphResource& resource, ResourceState state) const;
-    bool IsTransferred(const GraphResource& resource, uint32_t family) const;
     uint32_t OwnerAmongUs(const GraphResource& resource) const;
     void Acquire();
     ResourceState LeaveBlock(uint32_t block);
@@ -388,12 +393,6 @@ void Compiler::PlanReleases() {
             if (release.batch == b) m_plan.barriers.push_back(release.barrier);
         range.count = BarrierCount() - range.first;
     }
-}
-
-// Families of the device need no transfer of what they share. Queues outside of it do: their family takes it
-// from no family then (VUID-VkBufferMemoryBarrier2-buffer-04088, VUID-VkImageMemoryBarrier2-image-04071).
-bool Compiler::IsTransferred(const GraphResource& resource, uint32_t family) const {
-    return !resource.isShared || family == VK_QUEUE_FAMILY_EXTERNAL || family == VK_QUEUE_FAMILY_FOREIGN_EXT;
 }
 
 uint32_t Compiler::OwnerAmongUs(const GraphResource& resource) const {

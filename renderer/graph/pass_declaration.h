@@ -44,7 +44,7 @@ struct DeclaredBinding {
     bool isAddress = false;      // the buffer is bound by that
 };
 
-// What a device lets a shader bind, in bytes.
+// States what a device lets a shader bind, in bytes.
 struct BindingLimits {
     uint64_t storageBuffer = ~uint64_t{0};
     uint64_t uniformBlock = ~uint64_t{0};

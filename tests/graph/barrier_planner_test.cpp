@@ -216,7 +216,7 @@ resources
     EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
 }
 
-// What all families may access changes no owner.
+// A resource that all families may access changes no owner.
 TEST(Barriers, SharedResourceOfAnotherQueueFamily_ChangesNoOwner) {
     GraphMaker graph;
     graph.queueFamily = 0;

@@ -74,8 +74,7 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
     MakeParts(kept.resource);
     const bool isOneObject = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
     if (isOneObject) kept.resource.isShared = m_hasComputeQueue ? Chance(50) : m_kept.size() % 2 == 0;
-    const bool hasOwner = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
-    if (origin == Origin::Imported && hasOwner && Chance(70)) {
+    if (origin == Origin::Imported && isOneObject && Chance(70)) {
         kept.owner = m_waitStages != 0 && Chance(70) ? Owner::Signals : Owner::Queue;
         if (kept.owner == Owner::Signals && Chance(50)) kept.family = kOtherFamily;
     }
